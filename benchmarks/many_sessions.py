@@ -26,6 +26,7 @@ from stagewire.sessions import AsyncFramedSession
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual.instrument import Unit
+from stagewire_virtual.thorlabs_apt.facts import class_of
 
 MOST_PROCESSOR = 1.0  # of one core
 PATIENCE = 30.0  # s to wait for missing updates
@@ -43,7 +44,7 @@ class Host:
         self.received = dict.fromkeys(range(1, facts["channels"] + 1), 0)
         starts = unit.message("HW_START_UPDATEMSGS")["exchange"]["starts"]
         self.updates = session.subscribe(
-            tuple(PROTOCOL.message_class(name) for name in starts if name in unit.messages),
+            tuple(class_of(unit, name) for name in starts if name in unit.messages),
             limit=KEPT,
         )
         self.alive: FramedMessage | None = None

@@ -62,10 +62,16 @@ def check(
         typer.Option(
             "--overlay",
             metavar="PROTOCOL/OVERLAY",
-            help="Also check these overlays combined; may be repeated. Each overlay is always checked "
-            "on its own. Not with --against.",
+            help="Also check these overlays, applied in this order after the default ones; may be "
+            "repeated. Each overlay is always checked on what it builds on. Not with --against.",
         ),
     ] = None,
+    base: Annotated[
+        bool,
+        typer.Option(
+            "--base", help="Leave out the overlays that are on by default from the combination."
+        ),
+    ] = False,
     format: Annotated[
         ReportFormat,
         typer.Option(
@@ -107,7 +113,7 @@ def check(
         check_output(out, None)
     [found] = find([spec])
     try:
-        loaded = load([found], overlay or [])
+        loaded = load([found], overlay or [], base=base)
         report = Report(found, counts=loaded.counts)
     except SpecError as error:
         report = Report(found, error.diagnostics)

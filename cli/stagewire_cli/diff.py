@@ -68,8 +68,8 @@ def diff(
     """Show and classify the changes between two specs.
 
     OLD and NEW are folders that contain protocols, or revisions of the git repository in the current
-    folder. Every overlay is also compared, applied to its protocol. A change of the protocol itself is
-    shown only once.
+    folder. Every overlay is also compared, applied to its protocol and the overlays that it builds on. A
+    change of the protocol itself is shown only once.
     """
     if not spec.strip():
         raise CalledWronglyError("the folder of --spec is empty")

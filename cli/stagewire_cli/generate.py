@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import functools
+import gc
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -31,7 +32,8 @@ Examples:
   stagewire generate --spec spec --out generated
   stagewire generate --check
   stagewire generate --spec-dir mine/spec --package acme_turntable --out mine/generated
-  stagewire generate --overlay thorlabs_apt/later_issues --out later
+  stagewire generate --base --out issue_3
+  stagewire generate --base --overlay thorlabs_apt/later_issues --out later
   stagewire generate --unit TDC001 --out small
   stagewire generate --list-inputs
   stagewire generate --templates my-templates --out generated
@@ -76,9 +78,13 @@ def generate(
         typer.Option(
             "--overlay",
             metavar="PROTOCOL/OVERLAY",
-            help="Apply this overlay (a later issue) to its protocol; may be repeated.",
+            help="Also apply this overlay (a later issue) to its protocol; may be repeated, in order.",
         ),
     ] = None,
+    base: Annotated[
+        bool,
+        typer.Option("--base", help="Leave out the overlays that are on by default."),
+    ] = False,
     unit: Annotated[
         list[str] | None,
         typer.Option(
@@ -141,6 +147,7 @@ def generate(
         raise CalledWronglyError(f"--package {package}: {why}")
     if templates is not None and not templates.is_dir():
         raise CalledWronglyError(f"{templates} is not a folder; give a folder with templates")
+    gc.disable()  # nearly all objects live until the end, so searching for others is in vain
     rendered = functools.partial(
         _render,
         folders,
@@ -148,6 +155,7 @@ def generate(
         templates,
         package or "",
         overlays=overlay or [],
+        base=base,
         units=unit or [],
     )
     if list_templates:
@@ -182,6 +190,7 @@ def _render(
     undone: str,
     *,
     overlays: Sequence[str] = (),
+    base: bool = False,
     units: Sequence[str] = (),
     err: bool = False,
 ) -> dict[str, str]:
@@ -189,7 +198,8 @@ def _render(
 
     :param package: the name of the package of the only protocol; empty for no project.
     :param undone: a word for the work that is not done in that case, such as ``written``.
-    :param overlays: the overlays to apply, in order.
+    :param overlays: the overlays to apply, in order, besides those that are on by default.
+    :param base: leave out the overlays that are on by default.
     :param units: the units to generate code for; empty for all.
     :param err: whether diagnostics also go to standard error.
     """
@@ -198,7 +208,7 @@ def _render(
     from stagewire_generator.targets.templates import Templates, TemplatesError
 
     try:
-        protocols = _reduced(load(find(folders), overlays=overlays), units)
+        protocols = _reduced(load(find(folders), overlays, base=base), units)
         if package and len(protocols) != 1:
             names = ", ".join(sorted(protocol.name for protocol in protocols))
             raise CalledWronglyError(

@@ -108,11 +108,15 @@ def _check_overlays(specs: Sequence[SpecFolder], overlays: Sequence[str]) -> Non
 def load(
     specs: Sequence[SpecFolder],
     overlays: Sequence[str] = (),
+    *,
+    base: bool = False,
     named: Callable[[Diagnostic], Diagnostic] | None = None,
 ) -> CheckedSpec:
     """Read and check every spec; raise ``SpecError`` with the diagnostics of all of them.
 
-    :param overlays: ``PROTOCOL/OVERLAY``, to be applied to their protocols in this order.
+    :param overlays: ``PROTOCOL/OVERLAY``, to be applied to their protocols in this order, besides those that
+        are on by default.
+    :param base: leave out the overlays that are on by default.
     :param named: replaces the file name of a diagnostic; by default it is the path from the current folder.
     """
     from stagewire_generator.diagnostics import SpecError
@@ -129,7 +133,7 @@ def load(
     ):  # modules that explain errors are imported on demand
         for spec in specs:
             try:
-                result = check(spec, say, overlays)
+                result = check(spec, say, overlays, base=base)
                 protocols += result
                 checked |= result.checked
             except SpecError as error:

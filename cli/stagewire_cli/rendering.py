@@ -62,7 +62,7 @@ def frame_table(protocol: Protocol, answer: Json) -> Table:
 
 def frame_line(protocol: Protocol, answer: Json) -> str:
     """Return a decoded frame in one line, for streams."""
-    words = [f"{name}={_raw_text(value)}" for name, value in answer["fields"].items()]
+    words = [f"{name}={_raw_text(value, ',')}" for name, value in answer["fields"].items()]
     words += [f"{key}={answer[key]}" for key in ("extra", "data") if answer.get(key)]
     if "dest" in answer:
         whom = _between(answer["source"], answer["dest"])
@@ -100,10 +100,10 @@ def _address(registry: Registry, kind: str, value: int) -> str:
     return " ".join([f"{value:#04x}", *names])
 
 
-def _raw_text(value: int | str | list[int]) -> str:
-    """Return a raw value as printable text."""
+def _raw_text(value: int | str | list[int], joint: str = " ") -> str:
+    """Return a raw value as printable text, with ``joint`` between the integers of an array."""
     if isinstance(value, list):
-        return " ".join(map(str, value))
+        return joint.join(map(str, value))
     return printable(value) if isinstance(value, str) else str(value)
 
 

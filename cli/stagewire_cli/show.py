@@ -294,7 +294,7 @@ def _placed(value: Any, registry: Registry) -> Any:
             placed["place"] = registry.where([item], overlay)
         elif key == "pages":
             placed["place"] = registry.where(item, overlay)
-        elif key != "document":
+        elif key != "document" or isinstance(item, dict):  # a source of scales can have this name
             placed[key] = _placed(item, registry)
     return placed
 

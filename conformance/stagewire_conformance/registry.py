@@ -10,6 +10,9 @@ from stagewire.protocols import Protocol
 
 Json = dict[str, Any]
 
+PLAIN: Final = "data"
+"""The form that is sent of a message with packets of several lengths."""
+
 
 class Registry:
     """An index of the JSON of one protocol's registry. It computes nothing."""
@@ -27,10 +30,14 @@ class Registry:
         found = next((item for item in entry["layouts"] if item["form"] == form), None)
         return found
 
-    def fields(self, message: str, form: str) -> dict[str, Json]:
-        """Return header parameters and payload fields of a layout by name, in wire order."""
+    def fields(self, message: str, form: str, unit: str = "") -> dict[str, Json]:
+        """Return header parameters and payload fields of a layout by name, in wire order.
+
+        :param unit: the unit whose ranges apply; empty for ranges that include those of all units.
+        """
         layout = self.layout(message, form)
-        return {} if layout is None else dict(_named(layout))
+        found = {} if layout is None else dict(_named(layout))
+        return {name: _on(unit, field) for name, field in found.items()} if unit else found
 
     @property
     def axes(self) -> dict[str, Json]:
@@ -56,6 +63,10 @@ class Registry:
             if overlay["document"]["name"] == entry.get("document"):
                 return str(overlay["name"])
         return ""
+
+    def forms(self, message: str) -> list[str]:
+        """Return the forms of a message; empty for an unknown one."""
+        return [layout["form"] for layout in self.messages.get(message, {}).get("layouts", ())]
 
     def where(self, pages: Iterable[int], overlay: str = "") -> str:
         """Return a reference into a document, such as ``page 45`` or ``Issue 37, page 58``.
@@ -85,6 +96,12 @@ def _named(layout: Json) -> Iterator[tuple[str, Json]]:
             yield layout[key].get("name") or key, layout[key]
     for field in layout["fields"]:
         yield field["name"], field
+
+
+def _on(unit: str, field: Json) -> Json:
+    """Return a field with the range that it has on a unit."""
+    ranges = field.get("ranges_by_unit")
+    return field if ranges is None else {**field, **ranges.get(unit, ranges["others"])}
 
 
 @cache

@@ -19,7 +19,13 @@
     } while (0)
 
 static const apt_hw_get_info INFO = {
-    10000001, "ION001", APT_HARDWARE_TYPE_BRUSHLESS_DC_CONTROLLER, {0, 0, 1, 0}, "made up, without a motor", 1};
+    .serial_number = 10000001,
+    .model_number = "ION001",
+    .type = APT_HARDWARE_TYPE_BRUSHLESS_DC_CONTROLLER,
+    .software_version = {0, 0, 1, 0},
+    .notes = "made up, without a motor",
+    .nchs = 1,
+};
 
 static uint32_t status_bits(const struct firmware *it)
 {

@@ -28,7 +28,8 @@ function decode(raw, context) {
   const length = withPacket ? raw.readUInt16LE(2) : 0;
   if (raw.length < 6 + length) refuse("truncated", `${length} bytes are declared, ${raw.length - 6} follow`);
   if (raw.length > 6 + length) refuse("trailing", `${raw.length - 6 - length} bytes behind the frame`);
-  if (length > 255) refuse("bad_length", "no packet has more than 255 bytes");
+  const most = Math.max(registry.framing.maximum_length, ...message.layouts.map((l) => l.longest ?? 0));
+  if (length > most) refuse("bad_length", `its packets have at most ${most} bytes`);
   const packet = raw.subarray(6);
   const said = { message: message.name, dest: raw[4] & 0x7f, source: raw[5] };
   if (message.layouts.length === 0) {
@@ -39,18 +40,17 @@ function decode(raw, context) {
     const layout = message.layouts.find((l) => l.form === "header") ?? refuse("bad_length", "its packet is missing");
     return { ...said, form: "header", fields: parameters(layout, raw) };
   }
-  const layouts = message.layouts.filter((l) => l.form !== "header" && l.length <= length);
-  if (layouts.length === 0) refuse("bad_length", `no layout has ${length} bytes or less`);
+  const fitting = message.layouts.filter((l) => l.form !== "header" && l.length <= length);
+  if (fitting.length === 0) refuse("bad_length", `no layout has ${length} bytes or less`);
+  const layouts = fitting.filter((l) => l.length === Math.max(...fitting.map((each) => each.length)));
   const layout = layouts.find((l) => l.when === null || agrees(l.when, context));
   if (layout === undefined) {
     const shared = layouts[0].fields.filter((field) => layouts.every((l) => l.fields.some((f) => alike(f, field))));
     return { ...said, form: "data:undecided", fields: values(shared, packet), data: packet.toString("hex") };
   }
-  const extra = packet.subarray(layout.length);
-  return {
-    ...said, form: layout.form, fields: values(layout.fields, packet),
-    ...(extra.length > 0 && { extra: extra.toString("hex") }),
-  };
+  const fields = values(layout.fields, packet);
+  const extra = "longest" in layout ? [] : packet.subarray(layout.length);
+  return { ...said, form: layout.form, fields, ...(extra.length > 0 && { extra: extra.toString("hex") }) };
 }
 
 const agrees = (when, context) => Object.entries(when).every(([key, value]) => context[key] === value);
@@ -67,12 +67,26 @@ function parameters(layout, raw) {
 }
 
 function values(fields, packet) {
-  return Object.fromEntries(fields.map((field) => {
-    const part = packet.subarray(field.offset, field.offset + field.size);
-    if (field.kind === "bytes") return [field.name, part.toString("hex")];
-    if (field.kind === "text") return [field.name, part.toString("latin1").replace(/\0+$/, "")];
-    return [field.name, field.signed ? part.readIntLE(0, field.size) : part.readUIntLE(0, field.size)];
-  }));
+  const read = {};
+  for (const field of fields) {
+    const part = packet.subarray(field.offset, field.kind === "array" ? undefined : field.offset + field.size);
+    if (field.kind === "bytes") read[field.name] = part.toString("hex");
+    else if (field.kind === "text") read[field.name] = part.toString("latin1").replace(/\0+$/, "");
+    else if (field.kind === "array") read[field.name] = items(field, part, read);
+    else read[field.name] = integer(part, 0, field.size, field.signed);
+  }
+  return read;
+}
+
+const integer = (bytes, at, size, signed) => (signed ? bytes.readIntLE(at, size) : bytes.readUIntLE(at, size));
+
+// The integers of an array, row by row. A column may stand once for each bit that is set in another field.
+function items({ name, array: { columns, item_size: size, rows }, signed }, bytes, read) {
+  const bits = (value) => value.toString(2).replaceAll("0", "").length;
+  const width = columns.reduce((sum, { each }) => sum + (each === null ? 1 : bits(read[each])), 0);
+  const count = read[rows] * width;
+  if (bytes.length !== count * size) refuse("bad_length", `${name} has ${count} integers of ${size} bytes`);
+  return Array.from({ length: count }, (_, index) => integer(bytes, index * size, size, signed));
 }
 
 // Lines

@@ -338,14 +338,16 @@ GROUPS: tuple[Group, ...] = (
             "SW060": Code(
                 "an overlay replaces an entry without declaring it",
                 "A new entry accidentally has the name of an existing one, or an intended replacement is "
-                "not listed.",
-                "list it under `overrides` in overlay.yaml, or choose another name",
+                "not listed. Or the overlay changes an entry of another one that it does not build on.",
+                "choose another name; to replace the entry, list it under `overrides` in overlay.yaml; "
+                "to add to it, use additions.yaml",
             ),
             "SW061": Code(
-                "an override that replaces nothing",
-                "The name is misspelt in `overrides` or at the entry, or is listed under the wrong "
-                "section. Or the protocol no longer has the entry.",
-                "correct the name or the section, or remove it from `overrides`",
+                "an override, addition, withdrawal or renaming of an entry that does not exist",
+                "The name is misspelt in overlay.yaml, in additions.yaml or at the entry, or is under the "
+                "wrong section. Or the protocol no longer has the entry, or only an overlay has it that this "
+                "one does not build on.",
+                "correct the name or the section, or remove it",
             ),
             "SW062": Code(
                 "an overlay whose name differs from its directory",
@@ -354,10 +356,17 @@ GROUPS: tuple[Group, ...] = (
                 "rename one of the two",
             ),
             "SW063": Code(
-                "an addition that changes an entry",
-                "An entry in additions.yaml gives a key that the entry of the protocol already has, or an "
-                "item that is already in its list.",
+                "an addition that changes or repeats a part of an entry, or would be lost",
+                "An entry in additions.yaml gives a key that the entry of the protocol or of the overlay "
+                "below already has, or an item that is already in its list. Or the overlay replaces the same "
+                "entry.",
                 "remove it; to change a value, copy the whole entry and list it under `overrides`",
+            ),
+            "SW064": Code(
+                "an overlay that builds on one that is not applied before it",
+                "The name in `builds_on` is misspelt, or two overlays build on each other. Or the other "
+                "overlay is left out with --base, is not named, or is named later.",
+                "correct the name, or apply the other overlay first",
             ),
         },
     ),

@@ -7,8 +7,9 @@ for the messages and the documentation.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 
 from stagewire_generator.codes import CODES
 
@@ -52,6 +53,12 @@ def _shown(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
+def meant(name: str, known: Iterable[str]) -> str:
+    """Return the hint for an unknown name: the known names that resemble it; empty if none does."""
+    close = get_close_matches(name[:80], list(known), cutoff=0.5)
+    return f"did you mean {' or '.join(close)}?" if close else ""
+
+
 class SpecError(Exception):
     """A spec has errors; holds all diagnostics of the run."""
 
@@ -62,14 +69,21 @@ class SpecError(Exception):
 
 @dataclass(slots=True)
 class Diagnostics:
-    """The diagnostics of one run."""
+    """The diagnostics of one run.
+
+    :param found: the diagnostics, each once.
+    :param reported: how many were reported. An error of a protocol is reported again for each overlay, so
+        only this number shows whether a check reported one.
+    """
 
     found: list[Diagnostic] = field(default_factory=list)
+    reported: int = 0
     _noted: set[Diagnostic] = field(default_factory=set)
     _of_files: Counter[str] = field(default_factory=Counter)
 
     def add(self, place: Place, code: str, message: str, hint: str = "") -> None:
         """Add a diagnostic, unless it is a duplicate or its file has reached the limit."""
+        self.reported += 1
         diagnostic = Diagnostic(place, code, message, hint)
         if diagnostic in self._noted or self._of_files[place.file] == MOST_OF_A_FILE:
             return

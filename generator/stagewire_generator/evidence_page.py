@@ -11,13 +11,10 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from stagewire_generator.diagnostics import Diagnostics, SpecError
 from stagewire_generator.model import Protocol
 from stagewire_generator.model_evidence import CLASSES, DOCUMENT_ONLY, EvidenceTable
 from stagewire_generator.model_scales import Conflict, Factor, Limit
-from stagewire_generator.overlays.composition import compose
-from stagewire_generator.reader import Files, find_spec, read, read_overlay
-from stagewire_generator.resolver.protocol import resolve
+from stagewire_generator.pipeline import check
 
 _WIDTH = 110
 _HEAD = """\
@@ -51,30 +48,10 @@ def page(spec: Path) -> str:
     :raises SpecError: if the spec has errors.
     """
     parts = [_HEAD]
-    for name, protocol in _protocols(spec):
-        if protocol.evidence.sources:
-            parts += _section(name, protocol)
+    for name, checked in check(spec).checked.items():
+        if checked.protocol.evidence.sources:
+            parts += _section(name, checked.protocol)
     return "\n".join(parts)
-
-
-def _protocols(spec: Path) -> Iterator[tuple[str, Protocol]]:
-    """Yield each protocol, and each with one of its overlays, by name."""
-    diagnostics = Diagnostics()
-    for source in find_spec(spec).protocols:
-        base = read(source, diagnostics, lambda _: None)
-        protocol = _resolved(base, diagnostics)
-        yield protocol.name, protocol
-        for folder in source.overlays:
-            files = read_overlay(folder, diagnostics, lambda _: None)
-            composed = None if diagnostics.found else compose(base, [files], diagnostics)
-            yield f"{protocol.name}/{folder.path.name}", _resolved(composed, diagnostics)
-
-
-def _resolved(files: Files | None, diagnostics: Diagnostics) -> Protocol:
-    protocol = None if files is None or diagnostics.found else resolve(files, diagnostics)
-    if protocol is None or diagnostics.found:
-        raise SpecError(list(diagnostics))
-    return protocol
 
 
 def _section(name: str, protocol: Protocol) -> Iterator[str]:

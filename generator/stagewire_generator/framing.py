@@ -8,10 +8,9 @@ first use, because the directories import the modules that look up their parts.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.model import Protocol
@@ -20,8 +19,7 @@ from stagewire_generator.strict_yaml import Document
 FOLDER: Final = "stagewire_generator.framings"
 
 
-@dataclass(frozen=True, slots=True)
-class Parts:
+class Parts(NamedTuple):
     """The locations of the parts of a framing, as ``module:name`` below ``framings/``, or empty.
 
     :param rules: its :class:`Rules`.
@@ -69,8 +67,7 @@ FRAMINGS: Final[dict[str, Parts]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Rules:
+class Rules(NamedTuple):
     """The rules of a framing, for reading and checking a spec.
 
     :param check: checks the entry ``framing`` and its requirements for messages. It gets the file of the

@@ -7,7 +7,8 @@ import keyword
 import re
 import sys
 
-from stagewire_generator.model import Enumeration, FlagTable, Message
+from stagewire_generator.model import Message
+from stagewire_generator.model_fields import Enumeration, FlagTable
 
 # Windows treats these as devices, whatever the file extension.
 _DEVICES = frozenset({
@@ -22,8 +23,8 @@ _PACKAGES = sys.stdlib_module_names | {
 # Names that the C code of every package defines, without the prefix.
 C_OURS = frozenset({
     "address_of", "addresses", "addresses_are_two_bytes", "addresses_of", "append_extra", "array",
-    "axis_of", "begin_header", "begin_packet", "begins", "bits", "cases", "check_array", "check_bytes",
-    "check_command", "check_header", "check_of", "check_packet", "check_setup",
+    "axis_of", "begin_array", "begin_header", "begin_packet", "begins", "bits", "cases", "check_array",
+    "check_bytes", "check_command", "check_header", "check_of", "check_packet", "check_setup",
     "check_sub_message", "check_whole", "copy", "dummies_allowed", "end", "end_packet", "entry",
     "entry_for", "entry_is_four_bytes", "entry_is_six_bytes", "entry_name", "entry_of", "event",
     "event_kind", "examples", "from_counts", "give_size", "holds_setup", "host_to", "id_of",

@@ -26,7 +26,9 @@ from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.model import Protocol
 from stagewire_generator.naming import c_prefix
 from stagewire_generator.output import MANIFEST, digest, manifest
-from stagewire_generator.overlays.composition import compose
+from stagewire_generator.overlays.composition import Composition, compose, entries_of
+from stagewire_generator.overlays.order import check_order, foundations, in_order
+from stagewire_generator.overlays.register import Key
 from stagewire_generator.reader import (
     Files,
     SourceFolder,
@@ -62,55 +64,143 @@ def check_protocol(files: Files, diagnostics: Diagnostics, say: Say) -> Checked:
 
 
 def check_overlays(
-    source: SourceFolder, base: Files, chosen: Sequence[str], diagnostics: Diagnostics, say: Say
+    source: SourceFolder,
+    base: Checked,
+    requested: Sequence[str],
+    diagnostics: Diagnostics,
+    say: Say,
+    *,
+    defaults: bool = True,
 ) -> tuple[Protocol | None, dict[str, Checked]]:
-    """Check each overlay of a protocol on its own, then all chosen overlays together.
+    """Check each overlay of a protocol on what it builds on, then all that apply together.
 
     The document of the protocol is not compared again: unchanged entries were compared before, and replaced
     entries belong to another document.
 
-    :param base: the files of the protocol, which have no errors.
-    :param chosen: names of overlays, in the order in which they are applied.
-    Returns the protocol with the chosen overlays, or None if none is chosen or one has errors; and the
-    protocol with each overlay, by ``PROTOCOL/OVERLAY``.
+    :param base: the protocol, which has no errors.
+    :param requested: names of overlays, in the order in which they are applied.
+    :param defaults: whether the overlays that are on by default apply, before those that are requested.
+    Returns the protocol with the overlays that apply, or None if none applies or one has errors; and the
+    protocol with each overlay and those that it builds on, by ``PROTOCOL/OVERLAY``.
     """
-    right: dict[str, tuple[Files, Protocol]] = {}
-    checked: dict[str, Checked] = {}
+    readable: dict[str, Files] = {}
     for overlay in source.overlays:
-        before = len(diagnostics.found)
+        before = diagnostics.reported
         files = read_overlay(overlay, diagnostics, say)
-        if len(diagnostics.found) > before:
+        if diagnostics.reported == before:
+            readable[overlay.path.name] = files
+    known = [overlay.path.name for overlay in source.overlays]
+    under = foundations(readable, known, diagnostics)
+    layers = _Layers(base, readable, under, diagnostics, say)
+    checked: dict[str, Checked] = {}
+    right: set[str] = set()
+    for name in in_order(list(under), under):
+        before = diagnostics.reported
+        if not right.issuperset(under[name]):
+            continue  # it would repeat the errors
+        layer = layers[(*under[name], name)]
+        if layer is None:
             continue
-        composed = compose(base, [files], diagnostics)
-        if composed is None:
-            continue
-        protocol = _resolved(composed, diagnostics, say)
-        name = overlay.path.name
-        view = replace(protocol, document=protocol.document_of(name))
-        check_pages(view, files, diagnostics)
+        protocol = layer.protocol
+        check_pages(
+            replace(protocol, document=protocol.document_of(name)), readable[name], diagnostics
+        )
         title = f"{protocol.name}/{name}"
         say(f"{title}: witness and errata")
-        compared = check_errata(protocol, files, diagnostics, name, composed)
-        checked[title] = Checked(protocol, compared, files)
-        right[name] = files, protocol
-    if not chosen or not right.keys() >= set(chosen):
-        return None, checked
-    if len(chosen) == 1:
-        return right[chosen[0]][1], checked
-    return _laid_over(base, [right[name][0] for name in chosen], diagnostics, say), checked
+        compared = check_errata(protocol, readable[name], diagnostics, name, layer.files)
+        checked[title] = Checked(protocol, compared, readable[name])
+        if diagnostics.reported == before:  # otherwise a combination would repeat the errors
+            right.add(name)
+    on = [
+        name for name in readable if defaults and readable[name]["overlay"][0].data.get("default")
+    ]
+    chosen = [*in_order(on, under), *(name for name in requested if name not in on)]
+    found = dict(sorted(checked.items()))
+    if not chosen or not right.issuperset(chosen):
+        return None, found
+    before = diagnostics.reported
+    check_order(readable, chosen, source.path.name, diagnostics)
+    together = layers[tuple(chosen)] if diagnostics.reported == before else None
+    return None if together is None else together.protocol, found
 
 
-def _laid_over(
-    base: Files, overlays: Sequence[Files], diagnostics: Diagnostics, say: Say
-) -> Protocol | None:
-    """Return the protocol with overlays applied, or None, with diagnostics, if they do not fit."""
-    files = compose(base, overlays, diagnostics)
-    return None if files is None else _resolved(files, diagnostics, say)
+@dataclass(frozen=True, slots=True)
+class _Layer:
+    """A protocol with overlays, and what the next overlay needs to know.
+
+    :param files: the files, in which each entry of an overlay names it.
+    :param sound: whether the model has no errors.
+    """
+
+    composition: Composition
+    files: Files
+    protocol: Protocol
+    sound: bool
+
+
+class _Layers:
+    """A protocol with different overlays, by their names in the order of their application.
+
+    Each combination is resolved and checked once, on the one that lacks the last overlay.
+    """
+
+    def __init__(
+        self,
+        base: Checked,
+        overlays: Mapping[str, Files],
+        under: Mapping[str, Sequence[str]],
+        diagnostics: Diagnostics,
+        say: Say,
+    ) -> None:
+        self.overlays = overlays
+        self.under = under
+        self.diagnostics = diagnostics
+        self.say = say
+        self.owners: dict[Key, str] = {
+            key: name for name, files in overlays.items() for key, _ in entries_of(files)
+        }
+        self.base = base.protocol
+        self.found: dict[tuple[str, ...], _Layer | None] = {
+            (): _Layer(Composition(base.files), base.files, base.protocol, sound=True)
+        }
+
+    def __getitem__(self, names: tuple[str, ...]) -> _Layer | None:
+        """Return the protocol with overlays, or None if they cannot be applied one after the other."""
+        if names not in self.found:
+            self.found[names] = self._laid(names[-1], self[names[:-1]])
+        return self.found[names]
+
+    def _laid(self, name: str, below: _Layer | None) -> _Layer | None:
+        """Return the protocol with one more overlay."""
+        if below is None or not below.sound:
+            return None
+        composition = compose(
+            below.composition, self.overlays[name], self.diagnostics, self.under[name], self.owners
+        )
+        if composition is None:
+            return None
+        files, before = composition.files, self.diagnostics.reported
+        protocol = _resolved(files, self.diagnostics, self.say)
+        sound = self.diagnostics.reported == before
+        if sound:
+            protocol = replace(protocol, later_messages=_later_messages(protocol, self.base))
+        return _Layer(composition, files, protocol, sound)
+
+
+def _later_messages(protocol: Protocol, base: Protocol) -> dict[str, tuple[str, ...]]:
+    """Return the messages that overlays add to the units of a protocol."""
+    units = protocol.units.get("units", {})
+    later = {
+        name: tuple(sorted(protocol.messages_of(units[name]) - base.messages_of(earlier)))
+        for name, earlier in base.units.get("units", {}).items()
+        if name in units
+    }
+    return {name: found for name, found in later.items() if found}
 
 
 def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
     """Return the model after all checks that do not need the document."""
-    before = len(diagnostics.found)
+    before = diagnostics.reported
     protocol = resolve(files, diagnostics)
     say(f"{'/'.join([protocol.name, *(o.name for o in protocol.overlays)])}: names and layouts")
     units = next(iter(files.get("units", [])), None)
@@ -119,7 +209,7 @@ def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
     check_framing(protocol, files["protocol"][0], diagnostics)
     check_devices(protocol, files.get("quantities", ()), diagnostics)
     check_effects(protocol, diagnostics)
-    if units is not None and len(diagnostics.found) == before:  # so all references are valid
+    if units is not None and diagnostics.reported == before:  # so all references are valid
         check_units(protocol, units, diagnostics)
         check_contexts(protocol, files["protocol"][0], diagnostics)
     return protocol
@@ -172,7 +262,7 @@ class Counts:
 class CheckedSpec(Sequence[Protocol]):
     """A spec without errors: a sequence of its protocols, with everything that was checked.
 
-    :param protocols: the protocols, with the requested overlays applied, in the order of their directories.
+    :param protocols: the protocols, with the overlays that apply, in the order of their directories.
     :param checked: models and files, by protocol and by ``PROTOCOL/OVERLAY``.
     """
 
@@ -199,13 +289,16 @@ def check(
     spec: Path | SpecFolder,
     progress: Callable[[str], None] | None = None,
     overlays: Sequence[str] = (),
+    *,
+    base: bool = False,
 ) -> CheckedSpec:
     """Load and check all protocols in ``spec``, and each of their overlays.
 
     :param spec: the directory, or the files found in it.
     :param progress: called with the name of each file read, and of each check.
     :param overlays: overlays to apply to the returned protocols, as ``PROTOCOL/OVERLAY`` after their
-        directories; names that this spec does not have are ignored.
+        directories, besides those that are on by default; names that this spec does not have are ignored.
+    :param base: leave out the overlays that are on by default.
     Raises :class:`SpecError` with all diagnostics of the run.
     """
     say = progress or (lambda _: None)
@@ -219,18 +312,20 @@ def check(
     protocols: list[Protocol] = []
     all_checked: dict[str, Checked] = {}
     for source in spec.protocols:
-        before = len(diagnostics.found)
+        before = diagnostics.reported
         files = read(source, diagnostics, say)
-        if len(diagnostics.found) > before or "protocol" not in files:
+        if diagnostics.reported > before or "protocol" not in files:
             continue  # a partly read spec would only produce spurious errors
         alone = check_protocol(files, diagnostics, say)
         protocol = alone.protocol
         checked = {protocol.name: alone}
-        if len(diagnostics.found) == before:  # otherwise every overlay would repeat the errors
+        if diagnostics.reported == before:  # otherwise every overlay would repeat the errors
             wanted = [
                 Path(name).name for name in overlays if Path(name).parent.name == source.path.name
             ]
-            composed, under = check_overlays(source, files, wanted, diagnostics, say)
+            composed, under = check_overlays(
+                source, alone, wanted, diagnostics, say, defaults=not base
+            )
             protocol = composed or protocol
             checked |= under
         for other in protocols:

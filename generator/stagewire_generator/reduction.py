@@ -11,15 +11,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-from stagewire_generator.model import (
-    Erratum,
-    Field,
-    Json,
-    Message,
-    ParameterSet,
-    Protocol,
-    errata_of,
-)
+from stagewire_generator.model import Erratum, Json, Message, ParameterSet, Protocol, errata_of
+from stagewire_generator.model_fields import Field
 from stagewire_generator.model_scales import Controller, Stage
 
 _ScaleKey: TypeAlias = "tuple[str | None, str | None, str | None]"  # stage, controller, quantity
@@ -54,7 +47,8 @@ def reduced(protocol: Protocol, names: Collection[str]) -> Protocol:
         for controller, table in stage.scales.items()
         for name in table
     }
-    examples = _examples(protocol, scales, kept)
+    formats = {field.format.name for field in fields}
+    examples = _examples(protocol, scales, kept, formats)
     cited = {slug for example in examples.values() for slug in errata_of(example)}
     return replace(
         protocol,
@@ -219,15 +213,26 @@ def _stages(stages: Iterable[Stage], controllers: Collection[str]) -> Iterator[S
 # Errata, examples and captures
 
 
-def _examples(protocol: Protocol, scales: Collection[_ScaleKey], kept: Collection[str]) -> Json:
-    """Return the examples of the messages and scales, and the statements about no message."""
+def _examples(
+    protocol: Protocol,
+    scales: Collection[_ScaleKey],
+    kept: Collection[str],
+    formats: Collection[str],
+) -> Json:
+    """Return the examples of the messages, scales and formats, and the statements about no message."""
     others = {
         erratum.id
         for erratum in protocol.errata
         if erratum.messages and not set(erratum.messages) & set(kept)
     }
+    gone = {message.name for message in protocol.messages} - {*kept}
     found = {}
     for name, example in protocol.examples.get("examples", {}).items():
+        named = {str(part).partition(".")[0] for part in example.get("claim", {}).values()}
+        if named & gone:
+            continue  # a statement about a message that is left out
+        if example.get("format", "") not in ("", *formats):
+            continue  # a number in a format that no field has
         if (
             example["message"] in kept
             if "message" in example

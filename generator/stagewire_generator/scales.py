@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from stagewire_generator.diagnostics import Place
 from stagewire_generator.model import (
@@ -23,8 +23,7 @@ FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
 RATIONAL = re.compile(r"[1-9][0-9]*(?:/[1-9][0-9]*)?\Z")
 
 
-@dataclass(frozen=True, slots=True)
-class ScaleEntry:
+class ScaleEntry(NamedTuple):
     """One scale, known or unknown.
 
     :param words: the parts of its name: quantity and case or unit; or stage, controller and quantity, and the
@@ -75,25 +74,30 @@ def scales_of(protocol: Protocol) -> Iterator[ScaleEntry]:
         )
     units = {controller.name: ", ".join(controller.members) for controller in protocol.controllers}
     for stage in sorted(protocol.stages, key=lambda stage: stage.name):
+        called = f"{_called(stage)}: {stage.title}."
         for controller, scales in stage.scales.items():
+            if controller not in units:
+                continue  # an error in the spec, which is reported elsewhere
+            of = f"of {stage.name} on {controller}"
+            whole = f"{called} {controller}: {units[controller]}."
             for name, found in scales.items():
-                if name not in quantities or controller not in units:
-                    continue  # an error in the spec, which is reported elsewhere
+                if name not in quantities:
+                    continue  # the same
                 entry = ScaleEntry(
                     words=(stage.name, controller, name),
                     quantity=quantities[name],
                     unit=quantities[name].unit_on(stage),
-                    scale={"unknown": found} if isinstance(found, str) else {},
-                    of=f"of {stage.name} on {controller}",
+                    scale=found if isinstance(found, Factor) else {"unknown": found},
+                    of=of,
                     page=stage.page,
                     overlay=stage.overlay,
                     place=stage.place,
-                    controller=f"{_called(stage)}: {stage.title}. {controller}: {units[controller]}.",
+                    controller=whole,
                 )
                 if isinstance(found, Conflict):
                     yield from _by_source(entry, found)
                 else:
-                    yield entry if isinstance(found, str) else replace(entry, scale=found)
+                    yield entry
 
 
 def _called(stage: Stage) -> str:
@@ -107,7 +111,7 @@ def _by_source(entry: ScaleEntry, conflict: Conflict) -> Iterator[ScaleEntry]:
     for source, factor in conflict.factors.items():
         others = " and ".join(name for name in conflict.factors if name != source)
         of = f"{entry.of} according to {source}, which contradicts {others}"
-        yield replace(entry, words=(*entry.words, source), scale=factor, of=of)
+        yield entry._replace(words=(*entry.words, source), scale=factor, of=of)
 
 
 def _cases(entry: ScaleEntry) -> Iterator[ScaleEntry]:
@@ -120,11 +124,11 @@ def _cases(entry: ScaleEntry) -> Iterator[ScaleEntry]:
             of = f"when {scale['setting']} is {name}"
             words = (*entry.words, name)
             yield from _cases(
-                replace(entry, words=words, unit=case["unit"], scale=case["scale"], of=of)
+                entry._replace(words=words, unit=case["unit"], scale=case["scale"], of=of)
             )
     elif "units" in scale:
         for name, factor in scale["units"].items():
             of = ", ".join(filter(None, (entry.of, f"on {name}")))
-            yield replace(entry, words=(*entry.words, name), scale=factor, of=of)
+            yield entry._replace(words=(*entry.words, name), scale=factor, of=of)
     elif scale.get("by") != "stage":
         yield entry

@@ -10,16 +10,17 @@ from __future__ import annotations
 import difflib
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from itertools import islice
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import jsonschema_rs
 
-from stagewire_generator.diagnostics import MOST_OF_A_FILE, Diagnostics
-from stagewire_generator.strict_yaml import Document
+from stagewire_generator.diagnostics import MOST_OF_A_FILE, Diagnostics, Place, meant
+from stagewire_generator.strict_yaml import Document, KeyPath
 
 if TYPE_CHECKING:
     import jsonschema
@@ -66,7 +67,7 @@ def schema_folder() -> Path:
 HERE = "x-here"
 """Key for a description that was next to a reference, which states the purpose of the key."""
 HINT = "x-hint"
-"""Key for what to do if a required key is missing."""
+"""Key for what to do if a required key is missing, or if two alternatives are given."""
 
 _LONGEST = 160  # characters of a quotation from the file, and of a location
 _FORMS = {
@@ -106,12 +107,17 @@ def explained(error: jsonschema.ValidationError) -> tuple[Sequence[str], str, st
     elif error.validator == "required":
         what, described, hint = _missing(error, schema, described)
     elif error.validator == "oneOf" and not error.context:  # more than one alternative matches
-        what, described = "", schema["oneOf"][0].get("description", "")
+        first = schema["oneOf"][0]
+        what, described, hint = "", first.get("description", ""), first.get(HINT, "")
     elif error.validator == "dependentRequired":
         key, what, hint = _incomplete(error)
         described = ""
     elif error.validator == "additionalProperties":
         key, what, hint = _unexpected(error, schema)
+    elif error.validator == "enum":
+        what = _short(str(error.message))
+        values: Any = error.validator_value
+        hint = meant(str(error.instance), map(str, values)) or "write one of them"
     elif error.validator == "pattern":
         what = f"{_short(repr(error.instance))} is {_no(str(error.validator_value))}"
     elif error.validator == "type":
@@ -121,6 +127,8 @@ def explained(error: jsonschema.ValidationError) -> tuple[Sequence[str], str, st
             hint = "write a text, or leave it out"
         elif error.validator_value == "string" and isinstance(error.instance, int):
             hint = "put it in quotes"
+        elif error.validator_value == "integer" and str(error.instance).isdecimal():
+            hint = "remove the quotes"
     else:
         what = _short(str(error.message))
     if "propertyNames" in error.absolute_schema_path and isinstance(error.instance, str):
@@ -135,7 +143,7 @@ def _missing(error: Any, schema: Any, described: str) -> tuple[str, str, str]:
     key = next(key for key in error.validator_value if error.message.startswith(f"{key!r} "))
     missing = schema.get("properties", {}).get(key, {})
     described = missing.get(HERE) or missing.get("description", described)
-    return f"{key} is missing", described, missing.get(HINT, "")
+    return f"{key} is missing", described, missing.get(HINT, f"add {key}")
 
 
 def _incomplete(error: Any) -> tuple[list[str], str, str]:
@@ -195,11 +203,17 @@ _SURROGATES = r"\\uD800-\\uDFFF"
 
 
 def fits_schema(
-    document: Document, kind: str, diagnostics: Diagnostics, *, part: bool = False
+    document: Document,
+    kind: str,
+    diagnostics: Diagnostics,
+    *,
+    part: bool = False,
+    places: Mapping[KeyPath, Place] = MappingProxyType({}),
 ) -> bool:
     """Validate a file against the schema of its kind, and add all errors to ``diagnostics``.
 
     :param part: whether the file may lack keys that the schema requires in a whole file.
+    :param places: positions to report for entries as a whole, instead of those in the file.
     """
     if _is_valid(document.data, kind, part):
         return True
@@ -210,10 +224,12 @@ def fits_schema(
             continue  # the type is wrong, which is another error
         error = nearest(error)
         key, what, hint = explained(error)
-        place = document.place(*error.absolute_path, *key)
+        path = (*error.absolute_path, *key)
+        place = places.get(path) or document.place(*path)
         where = ".".join(str(part) for part in error.absolute_path) or kind
         where = where if len(where) <= _LONGEST else f"{where[: _LONGEST - 3]}..."
-        diagnostics.add(place, "SW010", f"{where}: {what}", hint)
+        schema = f"see {kind}.schema.json; `stagewire schemas DIR` writes it to DIR"
+        diagnostics.add(place, "SW010", f"{where}: {what}", hint or schema)
     return valid
 
 

@@ -20,6 +20,7 @@ from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.files import NotReadError, content
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_Scalar = yaml.ScalarEvent
 
 _DECIMAL = re.compile(r"-?(0|[1-9][0-9]*)\Z")
 _HEX = re.compile(r"0x[0-9A-Fa-f]+\Z")
@@ -138,9 +139,11 @@ def _harmful(char: str) -> bool:
 
 
 def _clean(text: str, name: str, diagnostics: Diagnostics) -> bool:
+    if text.replace("\n", "").isprintable():
+        return True  # harmful characters are not printable
     clean = True
     for number, line in enumerate(text.split("\n"), 1):
-        if line.isascii() and line.isprintable():
+        if line.isprintable():
             continue
         for column, char in enumerate(line, 1):
             if _harmful(char) and not (char == "\r" and column == len(line)):
@@ -194,10 +197,7 @@ class _Reader:
         self.fit = False
 
     def at(self, event: yaml.Event) -> Place:
-        return _place(*self.mark(event))
-
-    def mark(self, event: yaml.Event) -> _Mark:
-        return self.name, event.start_mark
+        return _place(self.name, event.start_mark)
 
     def next(self) -> yaml.Event:
         """Return the next event of a value, after checking it for anchors, aliases and tags.
@@ -206,7 +206,7 @@ class _Reader:
         building a very deep value would exhaust the stack.
         """
         event = self.event()
-        if event.__class__ is yaml.ScalarEvent and not event.anchor and not event.tag:
+        if event.__class__ is _Scalar and event.anchor is None and event.tag is None:
             return event  # nearly all of them
         self.depth += isinstance(event, yaml.CollectionStartEvent)
         self.depth -= isinstance(event, yaml.CollectionEndEvent)
@@ -230,35 +230,35 @@ class _Reader:
                 self.next()
 
     def value(self, event: yaml.Event, path: KeyPath) -> Any:
-        if isinstance(event, yaml.ScalarEvent):
+        if event.__class__ is _Scalar:
             return self.scalar(event)
         if isinstance(event, yaml.AliasEvent):
             return None
         if isinstance(event, yaml.MappingStartEvent):
             return self.mapping(path)
         items: list[Any] = []
-        while not isinstance(event := self.next(), yaml.SequenceEndEvent):
+        while (event := self.next()).__class__ is not yaml.SequenceEndEvent:
             item = (*path, len(items))
-            self.places[item] = self.mark(event)
+            self.places[item] = self.name, event.start_mark
             items.append(self.value(event, item))
         return items
 
     def mapping(self, path: KeyPath) -> dict[str, Any]:
         result: dict[str, Any] = {}
-        while not isinstance(event := self.next(), yaml.MappingEndEvent):
+        while (event := self.next()).__class__ is not yaml.MappingEndEvent:
             key = self.key(event, result, path)
             if key is None:
                 self.skip(event)
                 self.skip(self.next())
             else:
                 inner = (*path, key)
-                self.places[inner] = self.mark(event)
+                self.places[inner] = self.name, event.start_mark
                 result[key] = self.value(self.next(), inner)
         return result
 
     def key(self, event: yaml.Event, before: dict[str, Any], path: KeyPath) -> str | None:
         """Return a key of a mapping, or None if it is invalid."""
-        if not isinstance(event, yaml.ScalarEvent):
+        if event.__class__ is not _Scalar:
             self.diagnostics.add(
                 self.at(event), "SW005", "a key must be a name, not a list or mapping"
             )

@@ -361,7 +361,7 @@ def test_show_names_sections_of_a_document_without_pages(stagewire: Stagewire) -
         "section Read Ramp Time, Write Ramping Time"
         in stagewire("show", "ms2000-ramp-time-range").out
     )
-    assert "page: 79" in stagewire("show", "dc_status_bits").out
+    assert "place: Issue 3, page 79" in stagewire("show", "dc_status_bits").out
 
 
 def test_show_prints_keys_masks_and_firmware(stagewire: Stagewire) -> None:

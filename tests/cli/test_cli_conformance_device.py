@@ -112,7 +112,7 @@ def test_the_printed_command_repeats_the_result(
     for line in case["lines"]:
         assert bytes.fromhex(line["hex"]).hex(" ").upper() in result.out
     assert case["rules"]
-    assert re.search(r"  rule [a-z-]+ \(must, page \d+\): ", result.out)
+    assert re.search(r"  rule [a-z-]+ \(must, Issue 3, page \d+\): ", result.out)
     [command] = [
         line.strip() for line in result.out.splitlines() if line.startswith("  repeat with: ")
     ]

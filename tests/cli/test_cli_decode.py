@@ -43,7 +43,7 @@ def validate(name: str, answer: Any) -> None:
 def test_a_frame_is_read_in_any_notation_of_hex(stagewire: Stagewire, words: list[str]) -> None:
     result = stagewire("decode", *words)
     assert result.code == 0, result
-    assert "MOT_MOVE_ABSOLUTE (id 0x0453, page 45)" in result.out
+    assert "MOT_MOVE_ABSOLUTE (id 0x0453, Issue 3, page 45)" in result.out
     assert "form data, dest 0x50, source 0x01" in result.out
     assert [line.split() for line in result.out.splitlines()[-1:]] == [
         ["2", "absolute_distance", "200000", "mm,", "depending", "on", "stage", "and", "controller"]

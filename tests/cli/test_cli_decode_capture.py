@@ -52,7 +52,7 @@ def test_a_table_has_times_and_directions(decode: Any) -> None:
         "    0.010000 >  0x01->0x50 MOT_MOVE_ABSOLUTE chan_ident=1 absolute_distance=200000",
         "    0.010000 >  0x01->0x50 MOT_MOVE_HOME chan_ident=1",
         "    0.251000 <  0x50->0x01 MOT_GET_DCSTATUSUPDATE chan_ident=1 position=10000 velocity=-1 "
-        "reserved=0 status_bits=2147483680",
+        "motor_current=0 status_bits=2147483680",
         "    2.000000 <  garbage: EE EE",
         "    2.000000 <  0x50->0x01 MOT_MOVE_HOMED chan_ident=1",
     ]
@@ -174,7 +174,7 @@ def test_the_unit_determines_the_status_block(decode: Any) -> None:
     assert "velocity=-1" in decode(HEADING + stopped).out
     assert "enc_count=65535" in decode(HEADING + stopped, "--status", "stepper").out
     assert "undecided" in decode(HEADING.replace(" unit=TDC001", "") + stopped).out
-    assert "undecided" in decode(HEADING.replace("TDC001", "KDC101") + stopped).out
+    assert "undecided" in decode(HEADING.replace("TDC001", "KPC101") + stopped).out
     assert "enc_count=65535" in decode(HEADING.replace("TDC001", "BSC103") + stopped).out
 
 

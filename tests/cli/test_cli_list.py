@@ -27,9 +27,9 @@ def test_controllers_and_other_ports_are_listed(
 
 
 def test_a_newer_controller_is_named(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
-    show(monkeypatch, linux("/dev/ttyUSB0", "27250000"))
+    show(monkeypatch, linux("/dev/ttyUSB0", "29250000"))
     said = stagewire("list").out
-    assert "KDC101: not in Issue 3; uses the messages of TDC001, which may differ" in said
+    assert "KPZ101: not in Issue 3; uses the messages of TPZ001, which may differ" in said
 
 
 def test_ports_are_listed_as_json(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:

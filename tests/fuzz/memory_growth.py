@@ -27,8 +27,7 @@ import streams
 
 from stagewire import End
 from stagewire.framing import Event, Received, Undocumented
-from stagewire.protocols import HEADER_SIZE, MAXIMUM_PACKET
-from stagewire_apt import PROTOCOL
+from stagewire.protocols import HEADER_SIZE
 
 FRAMES = 10_000_000
 BOUND = 1 << 20
@@ -89,7 +88,7 @@ def main() -> int:
     given = parser.parse_args()
 
     stream = reads(Random(given.seed))
-    framer = PROTOCOL.framer(End.NONE)
+    framer = streams.PROTOCOL.framer(End.NONE)
     step = max(1, given.frames // 10)
     frames = fed = out = longest = 0
     samples: list[int] = []
@@ -119,7 +118,7 @@ def main() -> int:
         wrong.append(f"memory grew by {growth:,} bytes; the limit is {BOUND:,}")
     if out + len(framer.pending) != fed:
         wrong.append(f"{fed:,} bytes in, {out:,} out, {len(framer.pending)} pending")
-    if longest >= HEADER_SIZE + MAXIMUM_PACKET:
+    if longest >= HEADER_SIZE + streams.LONGEST_PACKET:
         wrong.append(f"{longest} bytes were pending, more than one frame")
     for problem in wrong:
         print(f"problem: {problem}")

@@ -12,7 +12,7 @@ from itertools import cycle
 from typing import Any
 
 from command_properties import check_commands
-from streams import STREAM_CONTROLS
+from streams import ARRAYS, LONGEST_PACKET, PROTOCOL, STREAM_CONTROLS, Array
 from tally import SEEN, Seen, count, count_in
 
 from stagewire.errors import (
@@ -48,11 +48,10 @@ from stagewire.protocols import (
     UndecidedMessage,
     UndocumentedMessage,
 )
-from stagewire_apt import PROTOCOL
 
 __all__ = ["SEEN", "check_codec", "check_commands", "check_stream", "count_in"]
 
-MAXIMAL_FRAME = HEADER_SIZE + MAXIMUM_PACKET
+MAXIMAL_FRAME = HEADER_SIZE + LONGEST_PACKET
 ENDS = (End.HOST, End.DEVICE, End.NONE)
 Context = dict[str, str] | None
 
@@ -322,14 +321,21 @@ def _check_refused(raw: bytes, error: CodecError) -> None:
             "UnknownMessageError for an id that has a layout"
         )
     else:
+        id = raw[0] | raw[1] << 8
         length = _declared(raw) - HEADER_SIZE
-        known = _LENGTHS[raw[0] | raw[1] << 8]
+        known = _LENGTHS[id]
+        if array := ARRAYS.get(id):
+            count(Seen.WRONG_COUNT)
+            fits = array.least <= length <= array.most
+            assert not fits or length != array.stated(raw[HEADER_SIZE:])
+            return
         assert length > MAXIMUM_PACKET or length not in known or (not length and raw[4] & DATA_FLAG)
 
 
 def _check_rebuilt(message: Message) -> None:
     """Check that rebuilding a decoded message from its values gives an equal one, unless out of range."""
     layout = message.layout
+    count(Seen.ARRAY, layout.id in ARRAYS)
     values = message.values()
     data = None
     if isinstance(message, (UndecidedMessage, UndocumentedMessage)):
@@ -346,7 +352,8 @@ def _check_rebuilt(message: Message) -> None:
 
 def _check_build(reader: _Reader) -> None:
     """Build a message by name from any values: it is refused with a documented error or round-trips."""
-    cls = PROTOCOL.messages[reader.byte() % len(PROTOCOL.messages)]
+    number = int.from_bytes(reader.take(2), "little")
+    cls = PROTOCOL.messages[number % len(PROTOCOL.messages)]
     layout = cls.layout
     name, form = reader.name(layout.message), reader.form(layout.form)
     values = _RIGHT_VALUES[cls]
@@ -355,6 +362,8 @@ def _check_build(reader: _Reader) -> None:
     }
     if reader.byte() > 245:
         fields[reader.text()] = reader.value()
+    if layout.id in ARRAYS and reader.byte() < 245:
+        _fill(reader, ARRAYS[layout.id], fields)
     data = None
     if issubclass(cls, (UndecidedMessage, UndocumentedMessage)) != (reader.byte() > 245):
         data = reader.bytes(layout.length)
@@ -368,12 +377,26 @@ def _check_build(reader: _Reader) -> None:
         count(Seen.NOT_BUILT)
         return
     count(Seen.BUILT)
+    count(Seen.BUILT_ARRAY, message.layout.id in ARRAYS)
     layout = message.layout
     decoded = PROTOCOL.decode(raw, layout.when or None)
     assert decoded.encode() == raw, "encoding and decoding gave other bytes"
-    if extra and len(raw) - HEADER_SIZE in _LENGTHS[layout.id] - {layout.length}:
-        return  # with the extra bytes, another layout matches
+    longest = len(raw) - HEADER_SIZE
+    if extra and any(layout.length < other <= longest for other in _LENGTHS[layout.id]):
+        return  # with the extra bytes, a longer layout matches
     assert decoded == frame, f"{frame!r} was decoded as {decoded!r}"
+
+
+def _fill(reader: _Reader, array: Array, fields: dict[str, Any]) -> None:
+    """Give an array as many integers as the other fields state, if their values are possible."""
+    try:
+        number = array.count(fields)
+    except (KeyError, TypeError, AttributeError):
+        return
+    if isinstance(number, int) and 0 <= number < LONGEST_PACKET:
+        fields[array.name] = [
+            int.from_bytes(reader.take(4), "little", signed=True) for _ in range(number)
+        ]
 
 
 class _Reader:
@@ -451,6 +474,8 @@ def _right_value(field: dict[str, Any]) -> Callable[[_Reader], Any]:
         return lambda reader: _text(reader, size)
     if field["kind"] == "bytes":
         return lambda reader: reader.take(size)
+    if field["kind"] == "array":
+        return lambda reader: list(reader.take(reader.byte() % 20))
     low, span = field["minimum"], field["maximum"] - field["minimum"] + 1
     return lambda reader: low + (int.from_bytes(reader.take(size), "little") - low) % span
 

@@ -8,8 +8,11 @@ same seed gives the same bytes.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from random import Random
+from typing import Any
 
 import command_streams
 from command_streams import change_commands
@@ -21,9 +24,14 @@ from stagewire.protocols import (
     Direction,
     UndocumentedMessage,
 )
-from stagewire_apt import PROTOCOL
+
+sys.path.append(str(Path(__file__).parents[1] / "support"))
+from undocumented import PROTOCOL
 
 __all__ = [
+    "ARRAYS",
+    "LONGEST_PACKET",
+    "PROTOCOL",
     "beginnings",
     "change_codec",
     "change_commands",
@@ -43,6 +51,69 @@ UNDOCUMENTED_IDS = frozenset(
 )
 IDS = frozenset(layout.id for layout in LAYOUTS)
 DEVICES = tuple(sorted(PROTOCOL.devices))
+
+
+class Array:
+    """The array at the end of a packet, as the registry describes it.
+
+    :param fields: the fields of its layout.
+    """
+
+    def __init__(self, fields: list[dict[str, Any]]) -> None:
+        by_name = {field["name"]: field for field in fields}
+        field = fields[-1]
+        array = field["array"]
+        masks = [column["each"] for column in array["columns"] if column["each"]]
+        self.name: str = field["name"]
+        self.least: int = field["offset"]
+        self._item: int = array["item_size"]
+        self._single = len(array["columns"]) - len(masks)
+        self._rows = by_name[array["rows"]]
+        self._masks = [by_name[name] for name in masks]
+        self.most = self.length({field["name"]: field["maximum"] for field in fields})
+        """Bytes of the longest packet; the greatest mask has all bits."""
+
+    def count(self, values: Mapping[str, int]) -> int:
+        """Return the number of integers that the values of the other fields state."""
+        bits = sum(values[field["name"]].bit_count() for field in self._masks)
+        return values[self._rows["name"]] * (self._single + bits)
+
+    def length(self, values: Mapping[str, int]) -> int:
+        """Return the length of the packet that the values of the other fields state."""
+        return self.least + self._item * self.count(values)
+
+    def stated(self, packet: bytes) -> int:
+        """Return the length that the fields of a packet state; it has at least ``least`` bytes."""
+        read = {}
+        for field in (self._rows, *self._masks):
+            at = field["offset"]
+            read[field["name"]] = int.from_bytes(packet[at : at + field["size"]], "little")
+        return self.length(read)
+
+    def beginning(self, rng: Random) -> bytes:
+        """Return the fields of a packet before the array, usually within their ranges."""
+        made = bytearray(rng.randbytes(self.least))
+        for field, numbers in ((self._rows, (0, 1, 2, 5)), *((mask, ()) for mask in self._masks)):
+            value = rng.choice((*numbers, rng.randrange(field["maximum"] + 1)))
+            if rng.random() < 0.05:
+                value = field["maximum"] + 1
+            made[field["offset"] : field["offset"] + field["size"]] = value.to_bytes(
+                field["size"], "little"
+            )
+        return bytes(made)
+
+
+ARRAYS = {
+    message["id"]: Array(layout["fields"])
+    for message in PROTOCOL.registry()["messages"]
+    for layout in message["layouts"]
+    if layout["fields"] and "array" in layout["fields"][-1]
+}
+"""Id -> the array of the message."""
+LAYOUTS_WITH_ARRAY = tuple(layout for layout in LAYOUTS if layout.id in ARRAYS)
+LONGEST_PACKET = max(MAXIMUM_PACKET, *(array.most for array in ARRAYS.values()))
+"""Bytes of the longest packet of any message."""
+
 LONG = 120
 INTERESTING = (0x00, 0x01, 0x04, 0x06, 0x0E, 0x50, 0x7F, 0x80, 0x81, 0xD0, 0xFF)
 
@@ -66,26 +137,32 @@ def frame(rng: Random) -> bytes:
     """Return one frame, usually whole and valid."""
     if rng.random() < 0.1:
         return rng.choice(PUBLISHED)
-    layout = rng.choice(LAYOUTS)
+    layout = rng.choice(LAYOUTS_WITH_ARRAY if rng.random() < 0.05 else LAYOUTS)
     id = layout.id
     length = layout.length
+    beginning = b""
     if id in UNDOCUMENTED_IDS:
         length = rng.choice((0, 1, 6, 68, MAXIMUM_PACKET))
+    elif id in ARRAYS:
+        beginning = ARRAYS[id].beginning(rng)
+        length = min(ARRAYS[id].stated(beginning), LONGEST_PACKET + 1)
     elif rng.random() < 0.05:
         id = rng.choice((id ^ 1 << rng.randrange(16), rng.randrange(1 << 16)))
     kind = rng.random()
     if length and kind < 0.08:  # longer, as newer controllers send, or longer than that
-        length = min(length + rng.choice((1, 2, 4, 6, 12, 60)), MAXIMUM_PACKET)
+        most = LONGEST_PACKET if beginning else MAXIMUM_PACKET
+        length = min(length + rng.choice((1, 2, 4, 6, 12, 60)), most)
     elif length and kind < 0.12:
         length = rng.randrange(length)
     elif length and kind < 0.13:  # longer than any packet
-        length = MAXIMUM_PACKET + rng.choice((1, 1, 2, 20))
+        length = LONGEST_PACKET if rng.random() < 0.1 else MAXIMUM_PACKET
+        length += rng.choice((1, 1, 2, 20))
     dest, source = _addresses(rng, layout.direction)
     if not layout.length and not (id in UNDOCUMENTED_IDS and length):
         parameters = bytes(2) if rng.random() < 0.5 else bytes((_byte(rng), _byte(rng)))
         return id.to_bytes(2, "little") + parameters + bytes((dest, source))
     header = (id | length << 16).to_bytes(4, "little") + bytes((dest | DATA_FLAG, source))
-    return header + _payload(rng, length)
+    return header + (beginning + _payload(rng, length))[:length]
 
 
 def _addresses(rng: Random, direction: Direction) -> tuple[int, int]:
@@ -126,7 +203,7 @@ def beginnings(target: str) -> list[bytes]:
     if target == "stream":
         made = [bytes((number, 200, 7, 255)) + raw for number, raw in enumerate(PUBLISHED)]
         return [*made, *(new_stream(rng) for _ in range(200))]
-    by_name = [bytes((0x80, number)) for number in range(len(LAYOUTS))]
+    by_name = [b"\x80" + number.to_bytes(2, "little") for number in range(len(LAYOUTS))]
     return [*(bytes(1) + raw for raw in PUBLISHED), *by_name]
 
 

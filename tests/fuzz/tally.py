@@ -41,6 +41,9 @@ class Seen(IntEnum):
     LOOKS_LIKE_SETUP = 26
     REPLY = 27
     LATE_REPLY = 28
+    ARRAY = 29
+    WRONG_COUNT = 30
+    BUILT_ARRAY = 31
 
 
 SEEN = tuple(member.name.lower() for member in Seen)

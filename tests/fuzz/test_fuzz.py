@@ -22,13 +22,13 @@ import spec_cases
 import streams
 import user_input
 from sandbox import Case, Ran, Sandbox, Wrong
+from streams import PROTOCOL
 
 import stagewire_cli.main
 from quick_specs import quick_specs
 from spec_schemas import spec_kinds
 from stagewire.framing import CommandFramer, Event, Framer, ReplyDecoder
 from stagewire.protocols import CommandFrame, Frame
-from stagewire_apt import PROTOCOL
 
 HERE = Path(__file__).parent
 SEED = 1

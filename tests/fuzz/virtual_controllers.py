@@ -33,6 +33,8 @@ from stagewire_virtual.instrument import all_units
 from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
 
 UNITS = tuple(sorted(all_units()))
+WITHOUT_TRAVEL = frozenset(("MFF101", "MFF102", "TSC001"))
+"""Flippers, which have two positions, and the solenoid."""
 SHORT = 40
 LONG = 1000
 """Number of steps: fewer than SHORT in a short case, exactly LONG in a long one."""
@@ -125,7 +127,7 @@ def _made(rng: Random, name: str, faults: list[str]) -> virtual.VirtualControlle
         options["answer_unsupported"] = rng.random() < 0.5
         options["line"] = rng.choice(("usb", "rs232"))
         options["quirks"] = rng.sample(sorted(QUIRKS), rng.choice((0, 0, 1, 2, len(QUIRKS))))
-        if rng.random() < 0.3 and name != "TSC001":  # a solenoid has no travel
+        if rng.random() < 0.3 and name not in WITHOUT_TRAVEL:
             options["travel"] = rng.choice((1, 200, 65535))
     controller: virtual.VirtualController = factory(**options)
     return controller

@@ -42,6 +42,13 @@ class Fourth:
             self.protocol()
         return [str(diagnostic).splitlines()[0] for diagnostic in caught.value.diagnostics]
 
+    def hint(self) -> str:
+        """Return the hint of the only error."""
+        with pytest.raises(SpecError) as caught:
+            self.protocol()
+        [diagnostic] = caught.value.diagnostics
+        return diagnostic.cure
+
 
 @pytest.fixture
 def fourth(spec: Path) -> Fourth:
@@ -101,6 +108,14 @@ def test_an_added_field_says_which_document_it_is_from(fourth: Fourth) -> None:
             {"lists": {"TP1": {"messages": ["POS_MOVE"]}}},
             "lists.TP1.messages.0: POS_MOVE is already in the list",
         ),
+        (
+            {"lists": {"TP1": {"messages": "POS_VELPARAMS"}}},
+            "lists.TP1.messages: 'POS_VELPARAMS' must be a list, as in the protocol",
+        ),
+        (
+            {"enumerations": {"channel": {"values": [4]}}},
+            "enumerations.channel.values: [4] must be a mapping, as in the protocol",
+        ),
     ],
 )
 def test_an_addition_never_changes_an_entry(
@@ -112,16 +127,98 @@ def test_an_addition_never_changes_an_entry(
     assert found.endswith(f"SW063 {error}")
 
 
+def test_a_set_whose_messages_are_all_listed_cannot_be_added(fourth: Fourth) -> None:
+    known = fourth.spec / "tiny" / "units.yaml"
+    text = known.read_text(encoding="utf-8")
+    members = "POS_GET_VELPARAMS, POS_REQ_VELPARAMS, POS_SET_VELPARAMS"
+    assert text.count("messages: [POS_MOVE, POS_MOVED") == 1
+    known.write_text(
+        text.replace("messages: [POS_MOVE, POS_MOVED", f"messages: [{members}, POS_MOVE, POS_MOVED")
+    )
+    fourth.write({"lists": {"TP1": {"messages": ["POS_VELPARAMS"]}}})
+    [found] = fourth.errors()
+    assert found.endswith("SW063 lists.TP1.messages.0: POS_VELPARAMS is already in the list")
+
+
+def test_an_entry_cannot_be_both_replaced_and_added_to(fourth: Fourth) -> None:
+    lamp = {"id": 0x0201, "page": 2, "direction": "to_host", "summary": "Glows.", "header": {}}
+    (fourth.folder / "messages").mkdir()
+    (fourth.folder / "messages" / "extra.yaml").write_text(
+        yaml.safe_dump({"chapter": "extra", "messages": {"LAMP": lamp}})
+    )
+    fourth.write({"messages": {"LAMP": {"note": "lost"}}}, overrides={"messages": ["LAMP"]})
+    [found] = fourth.errors()
+    assert found.endswith("SW063 messages.LAMP: the overlay also replaces this entry")
+    assert fourth.hint() == "write the addition into the new entry"
+
+
 def test_an_entry_with_its_additions_must_fit_the_schema(fourth: Fourth) -> None:
     fourth.write({"messages": {"POS_MOVE": {"colour": "red"}}})
     [found] = fourth.errors()
     assert "SW010 messages.POS_MOVE: unknown key colour" in found
 
 
+def test_an_addition_that_an_entry_cannot_have_is_an_error_of_the_overlay(fourth: Fourth) -> None:
+    for file, old, new in (
+        ("units.yaml", "stages: [Slide]", "stages: [Slide, Other]"),
+        ("stages.yaml", "stages:\n", "stages:\n  Other: {title: another, page: 3, like: Slide}\n"),
+    ):
+        path = fourth.spec / "tiny" / file
+        text = path.read_text(encoding="utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new), encoding="utf-8")
+    scales = {"TP9": {"distance": {"counts_per_mm": 1}}}
+    fourth.write({"stages": {"Other": {"controllers": scales}}})
+    [found] = fourth.errors()
+    assert "overlays/fourth/additions.yaml:2:3: SW010 stages.Other: a stage has either" in found
+
+
 def test_an_addition_to_an_unknown_entry_is_refused(fourth: Fourth) -> None:
     fourth.write({"messages": {"POS_FLY": {"note": "away"}}})
     [found] = fourth.errors()
     assert found.endswith("SW061 the protocol does not define messages.POS_FLY")
+
+
+@pytest.mark.parametrize(
+    ("section", "name", "hint"),
+    [
+        ("messages", "POS_MUVE", "did you mean POS_MOVE or POS_MOVED or POS_ALIVE?"),
+        (
+            "messages",
+            "POS_VELPARAMS",
+            "POS_VELPARAMS is an entry of `parameter_sets`: name it there",
+        ),
+        (
+            "messages",
+            "POS_GET_VELPARAMS",
+            "POS_GET_VELPARAMS belongs to the set POS_VELPARAMS: name that under `parameter_sets`",
+        ),
+        ("lists", "TP9", "TP9 is an entry of `controllers`: name it there"),
+        ("messages", "QQQQ", "correct the name or the section, or remove it"),
+    ],
+)
+def test_the_hint_for_an_unknown_entry_names_the_entry_that_was_meant(
+    fourth: Fourth, section: str, name: str, hint: str
+) -> None:
+    fourth.write(withdraws={section: [name]})
+    assert fourth.hint() == hint
+    fourth.write({section: {name: {"note": "away"}}})
+    assert fourth.hint() == hint
+
+
+def test_the_hint_for_an_unknown_override_names_the_entry_that_was_meant(fourth: Fourth) -> None:
+    fourth.write(overrides={"messages": ["LAMB"]})
+    assert fourth.hint() == "define it, or remove it from `overrides`"
+    (fourth.folder / "messages").mkdir()
+    lamp = {"id": 0x0299, "page": 2, "direction": "to_host", "summary": "Glows.", "header": {}}
+    chapter = {"chapter": "extra", "messages": {"LAMB": lamp}}
+    (fourth.folder / "messages" / "extra.yaml").write_text(yaml.safe_dump(chapter))
+    assert (
+        fourth.hint()
+        == "did you mean LAMP or LAMP_BROKEN? if it is new, remove it from `overrides`"
+    )
+    fourth.write(overrides={"messages": ["LAMBS"]})
+    assert fourth.hint() == "did you mean LAMB?"
 
 
 def test_a_withdrawn_message_is_in_no_list(fourth: Fourth) -> None:
@@ -201,7 +298,7 @@ def test_a_page_of_an_addition_is_a_page_of_the_later_document(fourth: Fourth) -
 def test_a_withdrawn_entry_has_no_additions(fourth: Fourth) -> None:
     fourth.write({"messages": {"POS_ECHO": {"note": "x"}}}, withdraws={"messages": ["POS_ECHO"]})
     [found] = fourth.errors()
-    assert found.endswith("SW061 the protocol does not define messages.POS_ECHO")
+    assert found.endswith("SW061 the overlay itself withdraws or renames messages.POS_ECHO")
 
 
 @pytest.mark.parametrize("renames", [{"POS_ECHO": "POS_MOVE"}, {"POS_ECHO": "A", "POS_MOVE": "A"}])
@@ -213,3 +310,97 @@ def test_a_new_name_must_be_free(fourth: Fourth, renames: dict[str, str]) -> Non
 def test_a_message_has_its_own_name_only_once(fourth: Fourth) -> None:
     fourth.write({"messages": {"POS_ECHO": {"also_named": {"POS_ECHO": "echo"}}}})
     assert any(error.endswith("SW020 POS_ECHO is defined twice") for error in fourth.errors())
+
+
+# Several overlays
+
+
+class Pair:
+    """Two overlays of the small good spec; the first is on by default."""
+
+    def __init__(self, spec: Path) -> None:
+        self.spec = spec
+
+    def write(self, name: str, additions: dict[str, Any], **head: Any) -> Path:
+        folder = self.spec / "tiny" / "overlays" / name
+        folder.mkdir(parents=True)
+        text = yaml.safe_dump(HEAD | {"overlay": name} | head)
+        (folder / "overlay.yaml").write_text(text)
+        if additions:
+            (folder / "additions.yaml").write_text(yaml.safe_dump(additions))
+        return folder
+
+    def found(self, *, base: bool = False) -> list[tuple[str, str, str]]:
+        """Return the file, message and hint of each error of both together."""
+        with pytest.raises(SpecError) as caught:
+            check(self.spec, overlays=["tiny/mine"], base=base)
+        return [
+            (Path(d.place.file).parent.name, f"{d.code} {d.message}", d.cure)
+            for d in caught.value.diagnostics
+        ]
+
+
+@pytest.fixture
+def pair(spec: Path) -> Pair:
+    return Pair(spec)
+
+
+ONE_OF_THEM = (
+    "apply only one of the two overlays (--base leaves out the default ones), or let one build on the other "
+    "(`builds_on` in overlay.yaml)"
+)
+
+
+def test_an_addition_to_an_entry_that_another_overlay_withdraws_is_refused(pair: Pair) -> None:
+    pair.write("later", {}, default=True, withdraws={"messages": ["POS_ECHO"]})
+    pair.write("mine", {"messages": {"POS_ECHO": {"note": "x"}}})
+    what = "SW061 the overlay later withdraws or renames messages.POS_ECHO"
+    assert pair.found() == [("mine", what, ONE_OF_THEM)]
+    check(pair.spec, overlays=["tiny/mine"], base=True)
+
+
+def test_an_addition_to_an_entry_that_another_overlay_replaces_is_refused(pair: Pair) -> None:
+    folder = pair.write("later", {}, default=True, overrides={"messages": ["LAMP"]})
+    (folder / "messages").mkdir()
+    lamp = {"id": 0x0201, "page": 2, "direction": "to_host", "summary": "Glows.", "header": {}}
+    chapter = {"chapter": "extra", "messages": {"LAMP": lamp}}
+    (folder / "messages" / "extra.yaml").write_text(yaml.safe_dump(chapter))
+    pair.write("mine", {"messages": {"LAMP": {"note": "x"}}})
+    what = "SW060 messages.LAMP: the overlay later replaces the entry that this would add to"
+    assert pair.found() == [("mine", what, ONE_OF_THEM)]
+    check(pair.spec, overlays=["tiny/mine"], base=True)
+
+
+def test_the_hint_says_that_another_overlay_defines_an_entry(pair: Pair) -> None:
+    folder = pair.write("later", {}, default=True)
+    note = {"title": "Tiny newer rack", "like": "TP1", "source": "the fourth issue"}
+    (folder / "units.yaml").write_text(yaml.safe_dump({"aliases": {"TP7": note}}))
+    pair.write("mine", {"aliases": {"TP7": {"note": "x"}}})
+    what = "SW061 the protocol does not define aliases.TP7"
+    hint = "the overlay later defines it: to change it, write `builds_on: [later]`"
+    assert pair.found() == [("mine", what, hint)]
+
+
+@pytest.mark.parametrize("base", [False, True])
+def test_overlays_with_the_same_error_are_reported_without_a_traceback(
+    pair: Pair, base: bool
+) -> None:
+    """The error is at the same place of the protocol, and is reported once."""
+    for name, default in (("later", True), ("mine", False)):
+        pair.write(name, {}, default=default, withdraws={"stages": ["Slide"]})
+    found = pair.found(base=base)
+    assert len(found) == len(set(found))
+    assert {what for _, what, _ in found} >= {"SW021 units.TP1: unknown stage Slide"}
+
+
+def test_an_unknown_message_in_a_list_is_one_error(pair: Pair) -> None:
+    """The other overlay has a similar message, so the hint would be another with both."""
+    folder = pair.write("later", {}, default=True)
+    (folder / "messages").mkdir()
+    lamp = {"id": 0x0299, "page": 2, "direction": "to_host", "summary": "Glows.", "header": {}}
+    chapter = {"chapter": "extra", "messages": {"POS_VELPARAN": lamp}}
+    (folder / "messages" / "extra.yaml").write_text(yaml.safe_dump(chapter))
+    pair.write("mine", {"lists": {"TP1": {"messages": ["POS_VELPARAM"]}}})
+    [(folder, what, hint)] = pair.found()
+    assert (folder, what) == ("mine", "SW021 lists.TP1: unknown message POS_VELPARAM")
+    assert hint.startswith("did you mean POS_VELPARAMS")

@@ -13,7 +13,8 @@ from checkout import ROOT
 from stagewire_cli.main import main
 from stagewire_generator import check
 from stagewire_generator.change import compare
-from stagewire_generator.model import FlagTable, Message, Protocol
+from stagewire_generator.model import Message, Protocol
+from stagewire_generator.model_fields import FlagTable
 
 SPEC = ROOT / "spec" / "thorlabs_apt"
 NAME = "thorlabs_apt/issue_37"
@@ -63,7 +64,7 @@ def test_nothing_of_issue_3_changes_on_the_wire_unnoticed() -> None:
     """The only changes of existing layouts are those that a later document prints."""
     kinds = {
         (change.kind, change.where.get("message"))
-        for change in compare(check(SPEC), check(SPEC, overlays=[NAME]))
+        for change in compare(check(SPEC, base=True), check(SPEC, overlays=[NAME]))
         if change.level.name == "WIRE" and change.kind != "layout-added"
     }
     changed = {name for _, name in kinds if name}

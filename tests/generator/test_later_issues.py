@@ -41,7 +41,17 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     for side, options in (("without", []), ("with", ["--overlay", NAME])):
         out = tmp_path_factory.mktemp(side)
         assert (
-            main(["generate", "--spec", str(SPEC / "thorlabs_apt"), "--out", str(out), *options])
+            main(
+                [
+                    "generate",
+                    "--base",
+                    "--spec",
+                    str(SPEC / "thorlabs_apt"),
+                    "--out",
+                    str(out),
+                    *options,
+                ]
+            )
             == 0
         )
         found[side] = out / "python"
@@ -174,11 +184,11 @@ def test_every_example_and_capture_passes(packages: dict[str, Path], side: str) 
 
 @pytest.fixture(scope="module")
 def later() -> list[Protocol]:
-    return check(SPEC / "thorlabs_apt", overlays=[NAME])
+    return check(SPEC / "thorlabs_apt", overlays=[NAME], base=True)
 
 
 def test_the_overlay_makes_the_expected_changes(later: list[Protocol]) -> None:
-    base = check(SPEC / "thorlabs_apt")
+    base = check(SPEC / "thorlabs_apt", base=True)
     info = {"message": "HW_GET_INFO", "form": "data"}
     assert [
         (change.level.name, change.kind, change.where)

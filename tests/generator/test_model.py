@@ -24,8 +24,9 @@ from stagewire.protocols import (
 )
 from stagewire_generator import check
 from stagewire_generator.diagnostics import Diagnostic, Place, SpecError
-from stagewire_generator.model import Field, Protocol
 from stagewire_generator.model import Message as RegistryMessage
+from stagewire_generator.model import Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.model_scales import Factor, Limit
 
 

@@ -17,10 +17,8 @@ from stagewire_generator.lint.witness.reading import (
     same_name,
     squash,
 )
-from stagewire_generator.model import (
-    Field,
-    Protocol,
-)
+from stagewire_generator.model import Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.model_scales import (
     Factor,
 )

@@ -79,8 +79,17 @@ def test_the_code_has_the_messages_of_the_units_and_those_of_every_unit(spec: Ch
     whole = {message["name"]: message for message in REGISTRY["messages"]}
     for message in left["messages"]:
         before = {**whole[message["name"]], "exchange": None}
-        assert {**message, "exchange": None} == before
-    assert {stage["name"] for stage in left["stages"]} == {"Z8", "Z806", "Z812", "Z825"}
+        assert for_any_unit({**message, "exchange": None}) == for_any_unit(before)
+    assert {stage["name"] for stage in left["stages"]} == {*UNITS["TDC001"]["stages"]}
+
+
+def for_any_unit(value: Any) -> Any:
+    """Return JSON without the tables of other units."""
+    if isinstance(value, list):
+        return [for_any_unit(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    return {key: for_any_unit(item) for key, item in value.items() if not key.endswith("_by_unit")}
 
 
 def names_in(value: Any) -> set[str]:

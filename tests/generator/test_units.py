@@ -1,4 +1,4 @@
-"""The messages of each unit: its printed list with additions, or that of its family, fully resolved."""
+"""The messages of each unit of Issue 3: its printed list with additions, or that of its family, resolved."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from typing import Any
 import pytest
 
 from checkout import ROOT
+from stagewire_generator import check, render
 
 Json = dict[str, Any]
 REGISTRY: Json = json.loads(
-    (ROOT / "generated" / "python" / "stagewire_apt" / "registry.json").read_text("utf-8")
+    render(check(ROOT / "spec" / "thorlabs_apt", base=True), ["registry"])[
+        "registry/thorlabs_apt.json"
+    ]
 )
 UNITS: dict[str, Json] = {unit["name"]: unit for unit in REGISTRY["units"]}
 MESSAGES: dict[str, Json] = {message["name"]: message for message in REGISTRY["messages"]}

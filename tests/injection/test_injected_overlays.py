@@ -15,7 +15,7 @@ from parts import PROOF
 from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import SpecError
 
-OVERLAYS = ["tiny/later"]
+OVERLAYS = ["tiny/between", "tiny/later"]
 EVERY = 25
 """A part tries one in this many payloads at each place; `make test` tries one part."""
 

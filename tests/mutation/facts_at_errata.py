@@ -22,7 +22,8 @@ from registry_values import RegistryValue
 
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.lint.witness.reading import squash
-from stagewire_generator.model import Enumeration, Field, FlagTable, Message
+from stagewire_generator.model import Message
+from stagewire_generator.model_fields import Enumeration, Field, FlagTable
 from stagewire_generator.pipeline import check_protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
 

@@ -24,7 +24,8 @@ from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.framing import part
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.lint.witness.witness import Witness, compare_section, compare_witness
-from stagewire_generator.model import Field, Format, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field, Format
 from stagewire_generator.reader import find_spec, read
 from stagewire_generator.resolver.protocol import resolve
 from stagewire_generator.strict_yaml import Document

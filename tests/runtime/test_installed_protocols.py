@@ -99,7 +99,7 @@ def test_a_package_without_a_protocol_is_refused(install: Install) -> None:
 COMMANDS = {
     "show HW_DISCONNECT": "message HW_DISCONNECT (thorlabs_apt)\n",
     "encode HW_DISCONNECT --dest 0x50": "02 00 00 00 50 01\n",
-    "decode 530401002201": "MOT_MOVE_ABSOLUTE (id 0x0453, page 45)\n",
+    "decode 530401002201": "MOT_MOVE_ABSOLUTE (id 0x0453, Issue 3, page 45)\n",
 }
 
 

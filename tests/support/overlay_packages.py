@@ -12,11 +12,11 @@ from checkout import ROOT
 from stagewire_cli.main import main
 
 
-def generate(out: Path, overlay: str) -> Path:
-    """Generate ``stagewire_apt`` with an overlay; return the folder to import it from."""
+def generate(out: Path, overlay: str = "") -> Path:
+    """Generate ``stagewire_apt`` with one overlay, or alone; return the folder to import it from."""
     spec = ROOT / "spec" / "thorlabs_apt"
-    arguments = ["generate", "--spec", str(spec), "--out", str(out), "--overlay", overlay]
-    assert main(arguments) == 0
+    arguments = ["generate", "--base", "--spec", str(spec), "--out", str(out)]
+    assert main([*arguments, *(["--overlay", overlay] if overlay else [])]) == 0
     return out / "python"
 
 

@@ -100,13 +100,16 @@ def _check_once(patch: pytest.MonkeyPatch) -> None:
             lambda: len(diagnostics.found) == before,
         )
 
-    def overlays_once(source: Any, files: Any, chosen: Any, diagnostics: Any, say: Any) -> Any:
+    def overlays_once(
+        source: Any, base: Any, requested: Any, diagnostics: Any, say: Any, **options: Any
+    ) -> Any:
         before = len(diagnostics.found)
         found = sorted(path for path in (source.path / "overlays").rglob("*") if path.is_file())
-        key = (source, same(files), tuple(chosen), *((path, path.read_bytes()) for path in found))
+        contents = ((path, path.read_bytes()) for path in found)
+        key = (source, same(base.files), tuple(requested), *options.items(), *contents)
         return over.get(
             key,
-            lambda: overlays(source, files, chosen, diagnostics, say),
+            lambda: overlays(source, base, requested, diagnostics, say, **options),
             lambda: len(diagnostics.found) == before,
         )
 

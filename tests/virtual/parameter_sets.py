@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from apt_host import BAY, USB
+from registry_oracle import limits
 
 from stagewire_apt import PROTOCOL
 from stagewire_virtual.instrument import units_of
@@ -18,15 +19,19 @@ def address_of(unit: str) -> int:
 
 
 def plain_sets(unit: str) -> list[tuple[Any, Any, Any]]:
-    """Return (SET, REQ, GET) of the sets that a unit stores and returns."""
+    """Return (SET, REQ, GET) of the sets that a unit stores and returns.
+
+    A set whose request also names a connector is left out.
+    """
     registry = PROTOCOL.registry()["sets"]
-    return [
+    found = [
         tuple(PROTOCOL.message_class(names[role]) for role in ("set", "req", "get"))
         for names in registry.values()
         if {"set", "req", "get"} <= names.keys()
         and {names["set"], names["req"], names["get"]} <= UNITS[unit].messages
         and not names["set"].startswith("RACK_")
     ]
+    return [one for one in found if {*one[1].__match_args__} <= {"chan_ident"}]
 
 
 def channel_of(message: Any, ident: int = 1) -> dict[str, int]:
@@ -34,11 +39,11 @@ def channel_of(message: Any, ident: int = 1) -> dict[str, int]:
     return {"chan_ident": ident} if "chan_ident" in message.layout.fields else {}
 
 
-def wanted_values(set_: Any, seed: int) -> dict[str, Any]:
+def wanted_values(unit: str, set_: Any, seed: int) -> dict[str, Any]:
     """Return a value for each field that can be set; different seeds give different values if possible."""
     entry = next(e for e in PROTOCOL.registry()["messages"] if e["name"] == set_.layout.message)
     values: dict[str, Any] = {}
-    [layout] = entry["layouts"]
+    layout = next(layout for layout in entry["layouts"] if layout["form"] == set_.layout.form)
     for field in [layout["param1"], layout["param2"], *layout["fields"]]:
         if field is None or field["role"] != "value" or field["name"] == "chan_ident":
             continue
@@ -47,5 +52,6 @@ def wanted_values(set_: Any, seed: int) -> dict[str, Any]:
         elif "enum" in field:
             values[field["name"]] = sorted(field["enum"].values())[-seed]
         else:
-            values[field["name"]] = min(field["maximum"], field["minimum"] + 40 + seed)
+            lowest, highest = limits(field, unit)
+            values[field["name"]] = min(highest, lowest + 40 + seed)
     return values

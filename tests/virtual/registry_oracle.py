@@ -9,13 +9,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from issues import OF_ISSUE_3
 from stagewire.protocols import load_protocol
 
 Json = Mapping[str, Any]
 HOST = 0x01
 APT: Json = load_protocol("thorlabs_apt").registry()
 MESSAGES: dict[str, Json] = {message["name"]: message for message in APT["messages"]}
-UNITS: dict[str, Json] = {unit["name"]: unit for unit in APT["units"]}
+UNITS: dict[str, Json] = {unit["name"]: unit for unit in APT["units"] if unit["name"] in OF_ISSUE_3}
+"""The units of Issue 3, which this oracle follows in every detail."""
 BY_ID = {message["id"]: message for message in APT["messages"]}
 CHANNEL = "chan_ident"
 CHOICES = ("lowest", "highest", "between")
@@ -82,13 +84,20 @@ def fields(layout: Json) -> Iterator[Json]:
             yield field
 
 
-def values(layout: Json, choice: str, channel: int) -> dict[str, int | bytes]:
-    """Return one valid value for each field: ``lowest``, ``highest`` or in ``between``."""
-    found = {field["name"]: _value(field, choice) for field in fields(layout)}
+def values(layout: Json, choice: str, channel: int, unit: str = "") -> dict[str, int | bytes]:
+    """Return one value for each field, valid for a unit: ``lowest``, ``highest`` or in ``between``."""
+    found = {field["name"]: _value(field, choice, unit) for field in fields(layout)}
     return {**found, CHANNEL: channel} if CHANNEL in found else found
 
 
-def _value(field: Json, choice: str) -> int | bytes:
+def limits(field: Json, unit: str) -> tuple[int | None, int | None]:
+    """Return the range of a field on a unit."""
+    ranges = field.get("ranges_by_unit", {})
+    found = ranges.get(unit, ranges.get("others", field))
+    return found["minimum"], found["maximum"]
+
+
+def _value(field: Json, choice: str, unit: str) -> int | bytes:
     if field["kind"] != "integer":
         return {"lowest": b"", "highest": b"Z" * field["size"], "between": b"AB 12"}[choice]
     if field.get("enum"):
@@ -96,8 +105,9 @@ def _value(field: Json, choice: str) -> int | bytes:
         return int(listed[{"lowest": 0, "highest": -1, "between": len(listed) // 2}[choice]])
     bits = 8 * field["size"]
     low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if field["signed"] else (0, (1 << bits) - 1)
-    low = low if field["minimum"] is None else max(low, field["minimum"])
-    high = high if field["maximum"] is None else min(high, field["maximum"])
+    minimum, maximum = limits(field, unit)
+    low = low if minimum is None else max(low, minimum)
+    high = high if maximum is None else min(high, maximum)
     return {"lowest": low, "highest": high, "between": low + (high - low) // 3}[choice]
 
 

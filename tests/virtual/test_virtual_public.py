@@ -188,8 +188,8 @@ def test_a_rack_has_the_given_modules() -> None:
             (event,) = rack.read_frames()
             used[bay] = event.raw[3]
         assert used == {0: 1, 1: 2, 2: 1}  # 1 is occupied, 2 is empty
-    with pytest.raises(UnknownUnitError, match="MST602"):
-        virtual.rack("MST602")
+    with pytest.raises(UnknownUnitError, match="MST603"):
+        virtual.rack("MST603")
     with pytest.raises(BadOptionError, match="not a module of a rack"):
         virtual.rack("TDC001")
 

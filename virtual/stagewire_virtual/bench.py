@@ -22,7 +22,14 @@ from stagewire_virtual.errors import BadOptionError, BenchError, UnknownUnitErro
 from stagewire_virtual.factory import Blueprint
 from stagewire_virtual.faults.fault import Fault, parse_fault
 from stagewire_virtual.instrument import Unit, find_unit
-from stagewire_virtual.options import LinkKind, Options, Settings, check_stage, parse_link_kind
+from stagewire_virtual.options import (
+    LinkKind,
+    Options,
+    Settings,
+    check_stage,
+    parse_link_kind,
+    stage_units,
+)
 from stagewire_virtual.serving.endpoints import Endpoint, PtyEndpoint, TcpEndpoint, parse_tcp
 from stagewire_virtual.serving.link import Observer, ServedLink
 from stagewire_virtual.thorlabs_apt.rack import RACK
@@ -74,18 +81,27 @@ def stage_of(units: Sequence[Unit], value: Any) -> Stage | None:
     if not units:
         return None
     protocol = units[0].protocol
-    known = {entry["name"].upper(): entry["name"] for entry in units[0].registry["stages"]}
     found = find_stages(protocol.package, name)
     if len(found) > 1:
         several = ", ".join(each.name for each in found)
         raise BadOptionError(f"{name} is the catalogue name of several stages; choose {several}")
     if not found:
+        known = {stage.upper(): stage for stage in _stages_on(units)}
         close = difflib.get_close_matches(name.upper()[:40], known, n=1, cutoff=_ONE_OF_TWO)
         hint = f"; did you mean {known[close[0]]}?" if close else ""
-        choices = f"available: {', '.join(sorted(known.values()))}" if known else "none available"
+        on = " or ".join(unit.name for unit in units)
+        choices = f"available on {on}: {', '.join(known.values())}" if known else "none available"
         raise BadOptionError(f"{protocol.title} has no stage {name}{hint} ({choices})")
     check_stage(found[0], [unit.name for unit in units])
     return found[0]
+
+
+def _stages_on(units: Sequence[Unit]) -> list[str]:
+    """Return the names of the stages whose scales are known on any of the units."""
+    names = {unit.name for unit in units}
+    entries = units[0].registry["stages"]
+    stages = [find_stages(units[0].protocol.package, entry["name"])[0] for entry in entries]
+    return sorted(stage.name for stage in stages if names & stage_units(stage))
 
 
 def tcp_endpoint(bind: str | None, value: Any) -> TcpEndpoint:

@@ -103,16 +103,21 @@ def parse_link_kind(name: LinkKind | str) -> LinkKind:
         raise BadOptionError(f"unknown line type {name!r} (choose {known})") from None
 
 
+def stage_units(stage: Stage) -> set[str]:
+    """Return the names of the units on which the scales of a stage are known."""
+    return {name for names in stage.controllers.values() for name in names}
+
+
 def check_stage(stage: Stage, units: Collection[str]) -> None:
     """Raise for a stage whose scales are not known on any of the named units.
 
     The :class:`~stagewire_virtual.errors.BadOptionError` lists the units for which they are known.
     """
-    known = sorted({name for names in stage.controllers.values() for name in names})
-    if units and not set(units) & set(known):
+    known = stage_units(stage)
+    if units and not known & set(units):
         raise BadOptionError(
             f"the scales of {stage.name} on {' or '.join(units)} are unknown "
-            f"(known on: {', '.join(known)}); without a stage, values are in counts"
+            f"(known on: {', '.join(sorted(known))}); without a stage, values are in counts"
         )
 
 

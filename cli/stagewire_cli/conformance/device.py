@@ -60,7 +60,7 @@ def device(
         typer.Option(
             "--allow-motion",
             metavar="MIN..MAX",
-            help="Allow motion and outputs within this range: 0..5mm, 0..20V or 0..100000counts.",
+            help="Allow motion and outputs within this range: 0..5mm, 0..90deg, 0..20V or 0..100000counts.",
         ),
     ] = None,
     allow_eeprom: Annotated[

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
@@ -145,7 +146,14 @@ class MessageRows(TypedRows):
 
 
 def _columns(task: Task, fields: Iterable[Column]) -> list[Column]:
-    return [*task.places, *task.addresses, *fields, Column("extra", "binary")]
+    """Return the columns; a field with the name of another column gets the suffix ``_value``."""
+    before, last = [*task.places, *task.addresses], Column("extra", "binary")
+    taken = {column.name for column in (*before, last)}
+    named = (
+        replace(field, name=f"{field.name}_value") if field.name in taken else field
+        for field in fields
+    )
+    return [*before, *named, last]
 
 
 def _type_of_column(field: columns.Field) -> str:

@@ -162,7 +162,7 @@ class FieldsText:
         if issubclass(cls, (UndecidedMessage, UndocumentedMessage)):
             return None
         fields = shape_of(cls).fields
-        if any(field.kind in (Kind.TEXT, Kind.BYTES) for field in fields):
+        if any(field.kind not in (Kind.UNSIGNED, Kind.SIGNED) for field in fields):
             return None
         names = [field.name for field in fields]
         template = self._joint.join(self._item % name for name in names)

@@ -65,6 +65,11 @@ class Declaration:
         return self.pics.unsupported
 
     @property
+    def issue(self) -> str:
+        """The issue of the document that the firmware is judged by."""
+        return self.pics.issue or issues_of(self.protocol, self.pics.unit)[0]
+
+    @property
     def firmware(self) -> str | None:
         """The firmware version, if the PICS states it."""
         return self.pics.firmware or None
@@ -83,7 +88,7 @@ class Declaration:
         return next((place for place in self.places if place.address == address), None)
 
     def make(
-        self, message: str, channel: int | None = None, form: str | None = None, **fields: Any
+        self, message: str, channel: int | None = None, form: str | None = None, /, **fields: Any
     ) -> Any:
         """Make a message by its name.
 
@@ -98,11 +103,18 @@ class Declaration:
         return self.protocol.build(message, fields, form)
 
     def request(self, message: str, channel: int | None = None) -> FramedMessage:
-        """Make a request by its name. All fields other than the channel, such as a bay, are 0."""
+        """Make a request by its name.
+
+        Fields other than the channel, such as a bay, have the lowest documented value, or 0.
+        """
         layout = self.protocol.message_class(message).layout
         name = getattr(self.protocol, "channel", None)
-        others: dict[str, Any]
-        others = {field: 0 for field in layout.fields if field not in (name, *layout.optional)}
+        facts = self.registry.fields(message, layout.form)
+        others: dict[str, Any] = {
+            field: min(facts[field].get("enum", {"": 0}).values())
+            for field in layout.fields
+            if field not in (name, *layout.optional)
+        }
         made: FramedMessage = self.make(message, channel, **others)
         return made
 
@@ -169,6 +181,19 @@ def axes_of(protocol: CommandProtocol) -> dict[str, int]:
     """Return the documented axes with their identifiers, without reserved ones."""
     axes = registry_of(protocol).axes
     return {name: axis["value"] for name, axis in axes.items() if not axis.get("reserved")}
+
+
+def issues_of(protocol: Protocol, unit: str) -> list[str]:
+    """Return the issues of the document that describe a unit. A rack of modules is in all of them."""
+    registry = registry_of(protocol)
+    first = registry.document()
+    later = [each["document"] for each in first.get("overlays", ())]
+    entry = registry.table("units").get(unit, {})
+    if "later_messages" not in entry and entry.get("document", first.get("name")) != first.get(
+        "name"
+    ):
+        return [each["issue"] for each in later if each["name"] == entry["document"]]
+    return [first["issue"], *(each["issue"] for each in later)]
 
 
 @functools.cache  # finding the installed protocols takes longer than reading a PICS

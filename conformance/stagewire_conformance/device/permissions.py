@@ -19,7 +19,7 @@ COUNTS: Final = "counts"
 
 _NUMBER: Final = r"[-+]?[0-9]{1,15}(?:\.[0-9]{1,15})?"
 _RANGE: Final = re.compile(rf" *({_NUMBER}) *\.\. *({_NUMBER}) *([A-Za-zµμ]+) *")
-_UNITS: Final = ("m", "mm", "um", "nm", "V", "mV")
+_UNITS: Final = ("m", "mm", "um", "nm", "deg", "V", "mV")
 
 
 class RangeError(StagewireError):
@@ -30,7 +30,7 @@ class RangeError(StagewireError):
 class Range:
     """A range of positions or voltages. Both ends are included.
 
-    :param unit: ``counts``, or a unit such as ``mm``, ``um`` or ``V``.
+    :param unit: ``counts``, or a unit such as ``mm``, ``um``, ``deg`` or ``V``.
 
     Raises :class:`RangeError` if the ends are in the wrong order, or if counts are not integers.
     """
@@ -51,7 +51,7 @@ class Range:
 
     @classmethod
     def parse(cls, text: str) -> Range:
-        """Parse a range such as ``0..5mm``, ``-1.5..1.5mm``, ``0..100000counts`` or ``0..20V``.
+        """Parse a range such as ``0..5mm``, ``-1.5..1.5deg``, ``0..100000counts`` or ``0..20V``.
 
         Raises :class:`RangeError` for an invalid text.
         """

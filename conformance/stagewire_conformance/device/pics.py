@@ -77,6 +77,8 @@ class Pics:
     :param unsupported: documented messages that the unit does not support, with the reasons.
     :param bays: the occupied bays; None if all are occupied by cards of the rack.
     :param motherboard: whether a controller with bays has a motherboard.
+    :param issue: the issue of the document that the firmware follows, such as ``37``; empty for the first
+        one that describes the unit.
     :param firmware: its version, such as ``3.3``; empty if unknown.
     :param digest: SHA-256 of the file; empty without a file.
     """
@@ -90,5 +92,6 @@ class Pics:
     motherboard: bool = True
     certificate: Certificate = field(default_factory=Certificate)
     timing: Timing = field(default_factory=Timing)
+    issue: str = ""
     firmware: str = ""
     digest: str = ""

@@ -21,7 +21,13 @@ from stagewire.protocols import (
     available_protocols,
     load_protocol,
 )
-from stagewire_conformance.device.declaration import Declaration, axes_of, declare, facts_of
+from stagewire_conformance.device.declaration import (
+    Declaration,
+    axes_of,
+    declare,
+    facts_of,
+    issues_of,
+)
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
@@ -56,6 +62,9 @@ def _lines(
     yield f"unit = {_text(pics.unit)}"
     if not pics.motherboard:
         yield "motherboard = false              # nothing answers at its address"
+    later = issues_of(declared.protocol, pics.unit)[1:]
+    if later and any(place.later for place in declared.places):
+        yield f"# issue = {_text(later[-1])}                   # if the firmware follows this issue"
     if is_of_commands:
         yield '# firmware = "3.3"'
     else:

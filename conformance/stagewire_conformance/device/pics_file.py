@@ -17,7 +17,12 @@ from stagewire.devices import Unit
 from stagewire.errors import UnknownScaleError
 from stagewire.protocols import CommandProtocol, Protocol
 from stagewire.quantities import find_stages
-from stagewire_conformance.device.declaration import axes_of, facts_of, known_units
+from stagewire_conformance.device.declaration import (
+    axes_of,
+    facts_of,
+    issues_of,
+    known_units,
+)
 from stagewire_conformance.device.errors import PicsError
 from stagewire_conformance.device.permissions import RangeError
 from stagewire_conformance.device.pics import BayPics, Certificate, ChannelPics, Pics, Timing
@@ -216,6 +221,7 @@ class PicsReader:
             motherboard=self._motherboard(),
             certificate=self._certificate(),
             timing=self._timing(),
+            issue=self._issue(name),
             firmware=self._firmware(),
             digest=self._digest,
         )
@@ -226,6 +232,7 @@ class PicsReader:
         """Check the names of the keys, which is all that is possible without a unit."""
         keys = (
             "line",
+            "issue",
             "firmware",
             "unsupported",
             "channel",
@@ -245,6 +252,11 @@ class PicsReader:
         if "line" in self._top and self._is_of_commands:
             self._top.wrong("line", "this protocol has no keep-alive messages; omit the key")
         return found
+
+    def _issue(self, name: str) -> str:
+        return self._top.take(
+            "issue", partial(one_of, "issue", issues_of(self._protocol, name)), ""
+        )
 
     def _firmware(self) -> str:
         firmware = self._top.take("firmware", version, "")

@@ -46,12 +46,16 @@ def page() -> str:
 def _part(protocol: Protocol) -> str:
     rows = coverage(protocol)
     registry = protocol.registry()
-    first = "section" if "sections" in registry["document"] else "page"
+    document = registry["document"]
+    part = "section" if "sections" in document else "page"
+    of = f" of {document['name']}" if "name" in document else ""
     table = [
-        f"| {first} | rule | | requirement | checked by, or reason for the waiver |",
+        f"| {part}{of} | rule | | requirement | checked by, or reason for the waiver |",
         "|---|---|---|---|---|",
     ]
-    return "\n".join([f"## {registry['title']}", "", _counted(rows), "", *table, *_rows(rows), ""])
+    return "\n".join(
+        [f"## {registry['title']}", "", _counted(rows), "", *table, *_rows(rows, part), ""]
+    )
 
 
 def _counted(rows: Sequence[Coverage]) -> str:
@@ -63,11 +67,11 @@ def _counted(rows: Sequence[Coverage]) -> str:
     )
 
 
-def _rows(rows: Sequence[Coverage]) -> Iterator[str]:
+def _rows(rows: Sequence[Coverage], part: str) -> Iterator[str]:
     for row in rows:
         strength = row.strength + (", host" if row.subject == "host" else "")
         seen = ", ".join(f"`{name}`" for name in row.checks) or _cell(row.waiver)
-        where = row.where.partition(" ")[2]
+        where = row.where.partition(f"{part} ")[2]
         yield f"| {where} | {row.rule} | {strength} | {_cell(row.states)} | {seen} |"
 
 

@@ -97,15 +97,16 @@ def moves_stages(unit: Unit) -> bool:
 def attachment_of(
     unit: Unit, facts: Facts, stated: ChannelPics, names: tuple[str, ...] = ()
 ) -> Attachment:
-    """Return the stage or actuator on a channel.
+    """Return the stage or actuator on a channel: the declared one, or the one that is built into the unit.
 
     :param names: the units and aliases that the controller may be, whose scales apply; empty for ``unit``.
 
     Raises :class:`.RangeError` for a travel that cannot be converted to counts.
     """
     stage: Stage | None = None
-    if stated.stage:
-        stage = getattr(import_module(f"{facts.package}.stages"), stated.stage)
+    name = stated.stage or ("" if stated.counts_per_mm else unit.built_in)
+    if name:
+        stage = getattr(import_module(f"{facts.package}.stages"), name)
     elif stated.counts_per_mm is not None:
         stage = Stage.of_user("stage of the PICS", position=Scale(stated.counts_per_mm, "mm"))
     scales = Scales(unit.name, facts.quantities, stage=stage, stages=unit.stages, names=names)
@@ -126,7 +127,8 @@ class Target:
     :param bay: counted from 1; None outside a rack.
     :param is_motherboard: whether it is the motherboard of a rack, which has no channels.
     :param channels: by number; empty for an axis.
-    :param listed: its documented messages.
+    :param listed: its documented messages, in the issue of the document that the firmware follows.
+    :param later: those of its messages that only a later issue lists.
     :param unsupported: those that the PICS lists as unsupported, with the reasons.
     :param fitted: channel -> the stage or actuator on it; for an axis the key is None.
     """
@@ -139,6 +141,7 @@ class Target:
     is_motherboard: bool = False
     channels: tuple[int, ...] = ()
     listed: frozenset[str] = field(repr=False)
+    later: frozenset[str] = field(default=frozenset(), repr=False)
     unsupported: Mapping[str, str] = field(default_factory=dict, repr=False)
     fitted: Mapping[int | None, Attachment] = field(default_factory=dict, repr=False)
 
@@ -172,6 +175,8 @@ class Target:
             return ""
         if message in self.unsupported:
             return f"the PICS lists {message} as unsupported: {self.unsupported[message]}"
+        if message in self.later:
+            return f"only a later issue of the document lists {message} for {self.unit.name}"
         return f"{message} is not in the list of {self.unit.name}"
 
     def why_none(self, messages: Iterable[str]) -> str:
@@ -238,6 +243,16 @@ def rack_of(facts: Facts, pics: Pics) -> Unit:
     )
 
 
+def _later(facts: Facts, unit: Unit, pics: Pics) -> frozenset[str]:
+    """Return the messages of a unit that the firmware need not have: a later issue adds them to its list."""
+    registry = facts.protocol.registry()
+    if pics.issue not in ("", registry["document"]["issue"]):
+        return frozenset()
+    entry: dict[str, Any]
+    entry = next((each for each in registry["units"] if each["name"] == unit.name), {})
+    return frozenset(entry.get("later_messages", ()))
+
+
 def _axes(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
     assert isinstance(facts.protocol, CommandProtocol)
     fitted = {channel.axis: channel for channel in pics.channels if channel.axis}
@@ -257,6 +272,7 @@ def _axes(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
 
 def _rack(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
     addressees = _Addressees.of(facts.protocol.registry())
+    later = _later(facts, unit, pics)
     has_modules = unit.kind == "bay" or unit.name == RACK
     bays = unit.bays[:1] if unit.kind == "bay" else unit.bays
     board = Target(
@@ -265,7 +281,8 @@ def _rack(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
         unit=unit,
         facts=facts,
         is_motherboard=True,
-        listed=addressees.of_any_board if has_modules else addressees.of_board(unit),
+        listed=addressees.of_any_board if has_modules else addressees.of_board(unit) - later,
+        later=later,
         unsupported=pics.unsupported,
     )
     cards = pics.bays
@@ -332,6 +349,7 @@ def _place(
     bay = card.number if card else None
     channels = tuple(range(1, unit.channels + 1))
     stated = {each.number: each for each in pics.channels if each.bay in (bay, None)}
+    later = _later(facts, unit, pics)
     return Target(
         address=address,
         name=f"{address:#04x}",
@@ -339,7 +357,8 @@ def _place(
         facts=facts,
         bay=bay,
         channels=channels,
-        listed=listed,
+        listed=listed - later,
+        later=later,
         unsupported={**pics.unsupported, **(card.unsupported if card else {})},
         fitted={
             number: attachment_of(unit, facts, stated.get(number, ChannelPics(number=number)))

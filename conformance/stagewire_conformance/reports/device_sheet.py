@@ -66,6 +66,7 @@ def _facts(report: Report) -> Iterator[Fact]:
         said = f"Reported {name.replace('_', ' ')}"
         yield Fact(key=f"identification_{name}", label=said, value=value)
     yield Fact(key="declared_by", label="Declaration", value=_declared_by(declared))
+    yield Fact(key="issue", label="Issue of the document", value=declared.issue)
     if not declared.pics.motherboard:
         yield Fact(key="motherboard", label="Motherboard", value="none, as the PICS declares")
     for place in declared.places:

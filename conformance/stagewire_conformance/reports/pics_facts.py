@@ -26,6 +26,8 @@ def _facts(pics: Pics) -> Iterator[Fact]:
     if pics.protocol:
         yield Fact(key="protocol", label="Protocol", value=pics.protocol)
     yield Fact(key="line", label="Line type", value=pics.line)
+    if pics.issue:
+        yield Fact(key="issue", label="Issue of the document", value=pics.issue)
     if pics.firmware:
         yield Fact(key="firmware", label="Firmware", value=pics.firmware)
     if not pics.motherboard:

@@ -23,9 +23,9 @@ def order_cases(cases: Sequence[Case], seed: int) -> Iterator[Case]:
     :param cases: the cases to choose from at random.
     """
     random = Random(f"order {seed}")
-    short = [step for case in cases for step in case.steps if _is_short(step)]
+    steps = [step for case in cases for step in case.steps]
     for number in range(_ROUNDS):
-        chosen = tuple(random.choice(short) for _ in range(_LINES))
+        chosen = tuple(_short_one(steps, random) for _ in range(_LINES))
         yield Case(
             id=f"order/at_once.{number}",
             group="order",
@@ -35,8 +35,11 @@ def order_cases(cases: Sequence[Case], seed: int) -> Iterator[Case]:
         )
 
 
-def _is_short(step: Step) -> bool:
-    return len(step.line(0)) < 10_000
+def _short_one(steps: Sequence[Step], random: Random) -> Step:
+    while True:
+        step = random.choice(steps)
+        if len(step.line(0)) < 10_000:
+            return step
 
 
 Json = Mapping[str, Any]

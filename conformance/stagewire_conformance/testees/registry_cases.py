@@ -67,8 +67,13 @@ def _needs(protocol: Protocol, message: str, request: Json, answer: Json) -> fro
     return frozenset(found - {""})
 
 
+_LONG = 1_000  # bytes of a stream that is still split at every position
+_END = 128
+_STRIDE = 64
+
+
 def cut_cases(protocol: Protocol) -> Iterator[Case]:
-    """Yield a case for each stream of the vectors: whole, split in two everywhere, and byte by byte."""
+    """Yield a case for each stream of the vectors: whole, split in two, and byte by byte."""
     seen = set()
     for case in protocol.vectors()["cases"]:
         request = case["request"]
@@ -85,7 +90,7 @@ def cut_cases(protocol: Protocol) -> Iterator[Case]:
             id=f"{protocol.name}/cut/{case['id']}",
             group=f"{protocol.name}/cut",
             steps=tuple(_cut(raw, rest, case["answer"])),
-            about=f"{len(raw)} bytes: whole, split in two at every position, and byte by byte",
+            about=f"{len(raw)} bytes: whole, split in two at {_which(raw)} positions, and byte by byte",
             protocol=protocol.name,
             operations=frozenset({"stream"}),
             message=message,
@@ -96,9 +101,22 @@ def cut_cases(protocol: Protocol) -> Iterator[Case]:
 
 def _cut(raw: bytes, rest: Json, wanted: Json) -> Iterator[Step]:
     yield ask({**rest, "chunks": [raw.hex()]}, wanted)
-    for at in range(1, len(raw)):
+    for at in _splits(raw):
         yield ask({**rest, "chunks": [raw[:at].hex(), raw[at:].hex()]}, wanted)
     yield ask({**rest, "chunks": [f"{byte:02x}" for byte in raw]}, wanted)
+
+
+def _splits(raw: bytes) -> Iterator[int]:
+    """Yield the positions to split a stream at; not all of a long one, whose middle is one array."""
+    for at in range(1, len(raw)):
+        if len(raw) <= _LONG or at <= _END or at >= len(raw) - _END or at % _STRIDE == 0:
+            yield at
+
+
+def _which(raw: bytes) -> str:
+    if len(raw) <= _LONG:
+        return "all"
+    return f"the first and last {_END} and every {_STRIDE}th of the other"
 
 
 def _operations(request: Json) -> frozenset[str]:

@@ -38,7 +38,7 @@ GROUPS = {
     "examples": "Worked examples of the document",
     "captures": "Captures of third parties",
     "cases": "Cases of the registry",
-    "cut": "Streams, split at every position",
+    "cut": "Streams, split and byte by byte",
     "large": "Requests larger than any frame",
     "lines": "Hostile and unusual lines",
     "order": "Many lines at once",

@@ -10,7 +10,37 @@
 #include <stdint.h>
 
 /**
- * Values of amp_current_limit (page 119).
+ * Values of actuator_type (Issue 37, page 122).
+ *
+ * Actuator on a TST101.
+ */
+enum apt_actuator_type {
+    /** Older ZST actuator, travel 6 mm. */
+    APT_ACTUATOR_TYPE_ZST_LEGACY_6MM = 32,
+    /** Older ZST actuator, travel 13 mm. */
+    APT_ACTUATOR_TYPE_ZST_LEGACY_13MM = 33,
+    /** Older ZST actuator, travel 25 mm. */
+    APT_ACTUATOR_TYPE_ZST_LEGACY_25MM = 34,
+    /** Newer ZST actuator, travel 6 mm. */
+    APT_ACTUATOR_TYPE_ZST_NEW_6MM = 48,
+    /** Newer ZST actuator, travel 13 mm. */
+    APT_ACTUATOR_TYPE_ZST_NEW_13MM = 49,
+    /** Newer ZST actuator, travel 25 mm. */
+    APT_ACTUATOR_TYPE_ZST_NEW_25MM = 50,
+    /** Newer ZFS actuator, travel 6 mm. */
+    APT_ACTUATOR_TYPE_ZFS_NEW_6MM = 64,
+    /** Newer ZFS actuator, travel 13 mm. */
+    APT_ACTUATOR_TYPE_ZFS_NEW_13MM = 65,
+    /** Newer ZFS actuator, travel 25 mm. */
+    APT_ACTUATOR_TYPE_ZFS_NEW_25MM = 66,
+    /** DRV013 actuator, travel 25 mm. */
+    APT_ACTUATOR_TYPE_DRV013_25MM = 80,
+    /** DRV014 actuator, travel 50 mm. */
+    APT_ACTUATOR_TYPE_DRV014_50MM = 81
+};
+
+/**
+ * Values of amp_current_limit (Issue 3, page 119).
  *
  * Maximum current of the high-voltage amplifier.
  */
@@ -24,7 +54,7 @@ enum apt_amp_current_limit {
 };
 
 /**
- * Values of amp_lp_filter (page 119).
+ * Values of amp_lp_filter (Issue 3, page 119).
  *
  * Low-pass filter at the output of the high-voltage amplifier.
  */
@@ -40,7 +70,43 @@ enum apt_amp_lp_filter {
 };
 
 /**
- * Values of bay_state (page 23).
+ * Values of analog_monitor (Issue 37, page 165).
+ *
+ * Analog output, which is on the BNC connector with the same number.
+ */
+enum apt_analog_monitor {
+    /** Analog output 1. */
+    APT_ANALOG_MONITOR_MONITOR1 = 1,
+    /** Analog output 2. */
+    APT_ANALOG_MONITOR_MONITOR2 = 2
+};
+
+/**
+ * Values of aux_port_mode (Issue 37, page 163).
+ *
+ * Source of an output of the AUX I/O connector.
+ */
+enum apt_aux_port_mode {
+    /** Software. */
+    APT_AUX_PORT_MODE_SW = 1,
+    /** The encoder of the motor channel. */
+    APT_AUX_PORT_MODE_ENC = 2
+};
+
+/**
+ * Values of aux_port_state (Issue 37, page 163).
+ *
+ * State of an output of the AUX I/O connector that software controls.
+ */
+enum apt_aux_port_state {
+    /** High. */
+    APT_AUX_PORT_STATE_HIGH = 1,
+    /** Low. */
+    APT_AUX_PORT_STATE_LOW = 2
+};
+
+/**
+ * Values of bay_state (Issue 3, page 23).
  *
  * Whether a bay of a rack holds a module.
  */
@@ -52,7 +118,7 @@ enum apt_bay_state {
 };
 
 /**
- * @name Values of bnc_mode (page 119)
+ * @name Values of bnc_mode (Issue 3, page 119)
  *
  * Use of the BNC connectors at the rear (Control IO).
  * @{
@@ -64,7 +130,7 @@ enum apt_bay_state {
 /** @} */
 
 /**
- * Values of button_mode (page 58).
+ * Values of button_mode (Issue 3, page 58).
  *
  * Function of the buttons on the keypad.
  */
@@ -76,7 +142,7 @@ enum apt_button_mode {
 };
 
 /**
- * Values of channel (page 17).
+ * Values of channel (Issue 3, page 17).
  *
  * Channel within one module. Single-channel controllers, and every bay of a BBD10x, use CHAN1.
  * Pages 27 and 93 also name CHANBOTH_ID for dual-channel units, but give no value.
@@ -89,7 +155,19 @@ enum apt_channel {
 };
 
 /**
- * Values of current_phase (page 71).
+ * Values of current_loop_set (Issue 37, page 116).
+ *
+ * State of the motor in which a set of current loop parameters applies.
+ */
+enum apt_current_loop_set {
+    /** The motor moves or has not settled at its target yet. */
+    APT_CURRENT_LOOP_SET_NORMAL = 0,
+    /** The motor is stationary and settled at its target. */
+    APT_CURRENT_LOOP_SET_SETTLED = 1
+};
+
+/**
+ * Values of current_phase (Issue 3, page 71).
  *
  * Phase winding whose current loop is addressed.
  */
@@ -103,7 +181,19 @@ enum apt_current_phase {
 };
 
 /**
- * Values of display_mode (page 128).
+ * Values of direction_sense (Issue 37, page 113).
+ *
+ * Direction of moves started with a joystick.
+ */
+enum apt_direction_sense {
+    /** Positive direction. */
+    APT_DIRECTION_SENSE_DIRSENSE_POS = 1,
+    /** Negative direction. */
+    APT_DIRECTION_SENSE_DIRSENSE_NEG = 2
+};
+
+/**
+ * Values of display_mode (Issue 3, page 128).
  *
  * Unit of the TSG001 display; the readings of PZ_GET_TSG_READING follow it.
  */
@@ -117,7 +207,7 @@ enum apt_display_mode {
 };
 
 /**
- * Values of enable_state (page 17).
+ * Values of enable_state (Issue 3, page 17).
  *
  * Whether a drive channel is enabled.
  */
@@ -129,7 +219,47 @@ enum apt_enable_state {
 };
 
 /**
- * Values of hard_limit (page 39).
+ * Values of flipper_io_mode (Issue 37, page 183).
+ *
+ * Function of a digital connector of a filter flipper.
+ */
+enum apt_flipper_io_mode {
+    /** Input; a signal moves the flipper to the other position. */
+    APT_FLIPPER_IO_MODE_INPUT_TOGGLE = 1,
+    /** Input; its state selects the position. */
+    APT_FLIPPER_IO_MODE_INPUT_GOTO = 2,
+    /** Output; shows that the flipper is at a position. */
+    APT_FLIPPER_IO_MODE_OUTPUT_AT_POSITION = 3,
+    /** Output; shows that the flipper moves. */
+    APT_FLIPPER_IO_MODE_OUTPUT_IN_MOTION = 4
+};
+
+/**
+ * Values of flipper_signal_mode (Issue 37, page 183).
+ *
+ * Signal of a digital connector of a filter flipper. INVERTED_INPUT may be added to BUTTON or
+ * LOGIC, and INVERTED_OUTPUT to LEVEL or PULSE (bitwise OR).
+ */
+enum apt_flipper_signal_mode {
+    /** Input for a button: a short circuit toggles the position, or selects position 1. */
+    APT_FLIPPER_SIGNAL_MODE_BUTTON = 1,
+    /**
+     * Logic input: a rising edge toggles the position, or selects position 1 and a falling edge
+     * position 2.
+     */
+    APT_FLIPPER_SIGNAL_MODE_LOGIC = 2,
+    /** Added to BUTTON or LOGIC; swaps open and short circuit, or the edges. */
+    APT_FLIPPER_SIGNAL_MODE_INVERTED_INPUT = 4,
+    /** Logic output: high at position 1, or while the flipper moves. */
+    APT_FLIPPER_SIGNAL_MODE_LEVEL = 16,
+    /** MFFSIGMODE_OP_PULSE: a high pulse when the flipper reaches a position, or starts to move. */
+    APT_FLIPPER_SIGNAL_MODE_PULSE = 32,
+    /** Added to LEVEL or PULSE; inverts the signal. */
+    APT_FLIPPER_SIGNAL_MODE_INVERTED_OUTPUT = 64
+};
+
+/**
+ * Values of hard_limit (Issue 3, page 39).
  *
  * Behaviour of a hardware limit switch. One of the values 1 to 6, with SWAPPED added (bitwise OR)
  * when the clockwise and counterclockwise switches are swapped.
@@ -152,7 +282,7 @@ enum apt_hard_limit {
 };
 
 /**
- * Values of hardware_type (page 22).
+ * Values of hardware_type (Issue 3, page 22).
  *
  * Kind of hardware that answers; the document lists two.
  */
@@ -164,7 +294,31 @@ enum apt_hardware_type {
 };
 
 /**
- * Values of hub_analogue_input (page 115).
+ * Values of home_direction (Issue 37, page 76).
+ *
+ * Direction in which homing moves.
+ */
+enum apt_home_direction {
+    /** Forward, positive. */
+    APT_HOME_DIRECTION_FORWARD = 1,
+    /** Reverse, negative. */
+    APT_HOME_DIRECTION_REVERSE = 2
+};
+
+/**
+ * Values of home_limit_switch (Issue 37, page 76).
+ *
+ * Limit switch at the home position.
+ */
+enum apt_home_limit_switch {
+    /** Reverse hardware limit switch. */
+    APT_HOME_LIMIT_SWITCH_REVERSE = 1,
+    /** Forward hardware limit switch. */
+    APT_HOME_LIMIT_SWITCH_FORWARD = 4
+};
+
+/**
+ * Values of hub_analogue_input (Issue 3, page 115).
  *
  * Path of the feedback signal from a TSG001 to a TPZ001.
  */
@@ -178,7 +332,7 @@ enum apt_hub_analogue_input {
 };
 
 /**
- * Values of hub_analogue_output (page 127).
+ * Values of hub_analogue_output (Issue 3, page 127).
  *
  * Path by which a TSG001 sends its feedback signal to a TPZ001.
  */
@@ -190,7 +344,7 @@ enum apt_hub_analogue_output {
 };
 
 /**
- * Values of hub_bay (page 24).
+ * Values of hub_bay (Issue 3, page 24).
  *
  * Bay of the T-Cube hub that holds the T-Cube.
  */
@@ -214,7 +368,51 @@ enum apt_hub_bay {
 };
 
 /**
- * Values of jog_mode (page 32).
+ * Values of io_output_source (Issue 37, page 161).
+ *
+ * Signal that a BNC connector outputs.
+ */
+enum apt_io_output_source {
+    /** A state set by software. */
+    APT_IO_OUTPUT_SOURCE_SOFTWARE = 0,
+    /** Trigger output of motor channel 1. */
+    APT_IO_OUTPUT_SOURCE_MOTCHAN1 = 1,
+    /** Trigger output of motor channel 2. */
+    APT_IO_OUTPUT_SOURCE_MOTCHAN2 = 2,
+    /** Trigger output of motor channel 3. */
+    APT_IO_OUTPUT_SOURCE_MOTCHAN3 = 3
+};
+
+/**
+ * Values of io_port (Issue 37, page 161).
+ *
+ * BNC connector on the rear panel. Only the BBD303 has the third one (page 156).
+ */
+enum apt_io_port {
+    /** Connector BNC 1. */
+    APT_IO_PORT_BNC1 = 1,
+    /** Connector BNC 2. */
+    APT_IO_PORT_BNC2 = 2,
+    /** Connector BNC 3. */
+    APT_IO_PORT_BNC3 = 3
+};
+
+/**
+ * Values of io_port_mode (Issue 37, page 161).
+ *
+ * Function of a BNC connector.
+ */
+enum apt_io_port_mode {
+    /** Digital input. */
+    APT_IO_PORT_MODE_DIGIIN = 0,
+    /** Digital output. */
+    APT_IO_PORT_MODE_DIGIOUT = 1,
+    /** Analog output of 0 to 5 V, set with MOT_SET_ANALOGMONITORCONFIG; only BNC 1 and BNC 2. */
+    APT_IO_PORT_MODE_ANALOGOUT = 2
+};
+
+/**
+ * Values of jog_mode (Issue 3, page 32).
  *
  * Effect of one jog command or trigger.
  */
@@ -226,7 +424,31 @@ enum apt_jog_mode {
 };
 
 /**
- * Values of lut_value_type (page 126).
+ * Values of knob_mode (Issue 37, page 169).
+ *
+ * Function of the knob on the front panel.
+ */
+enum apt_knob_mode {
+    /** Moves at a velocity. */
+    APT_KNOB_MODE_VELOCITY = 1,
+    /** Moves in steps. */
+    APT_KNOB_MODE_JOG = 2
+};
+
+/**
+ * Values of loop_mode (Issue 37, page 148).
+ *
+ * Whether a stepper motor is controlled with the encoder of its stage.
+ */
+enum apt_loop_mode {
+    /** Without an encoder. */
+    APT_LOOP_MODE_OPEN_LOOP = 1,
+    /** With an encoder. */
+    APT_LOOP_MODE_CLOSED_LOOP = 2
+};
+
+/**
+ * Values of lut_value_type (Issue 3, page 126).
  *
  * Meaning of the samples of the waveform table.
  */
@@ -238,7 +460,33 @@ enum apt_lut_value_type {
 };
 
 /**
- * Values of move_direction (page 47).
+ * Values of mmi_lock (Issue 37, page 59).
+ *
+ * Whether the controls on the top panel of a K-Cube are locked.
+ */
+enum apt_mmi_lock {
+    /** Wheel, joystick and buttons do nothing. */
+    APT_MMI_LOCK_LOCKED = 1,
+    /** The controls work; the state after each power-up. */
+    APT_MMI_LOCK_UNLOCKED = 2
+};
+
+/**
+ * Values of motor_channel (Issue 37, page 156).
+ *
+ * Motor channel of a BBD30x, in messages to the whole unit.
+ */
+enum apt_motor_channel {
+    /** Motor channel 1. */
+    APT_MOTOR_CHANNEL_MOTCHAN1 = 1,
+    /** Motor channel 2. */
+    APT_MOTOR_CHANNEL_MOTCHAN2 = 2,
+    /** Motor channel 3. */
+    APT_MOTOR_CHANNEL_MOTCHAN3 = 3
+};
+
+/**
+ * Values of move_direction (Issue 3, page 47).
  *
  * Direction of a jog or of a move at constant velocity (page 48). The document does not say whether
  * the position counter rises or falls in this direction; it may depend on the controller.
@@ -251,7 +499,7 @@ enum apt_move_direction {
 };
 
 /**
- * Values of position_control_mode (page 94).
+ * Values of position_control_mode (Issue 3, page 94).
  *
  * Whether the position feedback of the actuator is used, and how the controller switches between
  * modes.
@@ -268,7 +516,33 @@ enum apt_position_control_mode {
 };
 
 /**
- * Values of profile_mode (page 69).
+ * Values of position_loop_set (Issue 37, page 104).
+ *
+ * State of the motor in which a set of position loop parameters applies.
+ */
+enum apt_position_loop_set {
+    /** The motor is stationary. */
+    APT_POSITION_LOOP_SET_STATIONARY = 0,
+    /** The motor accelerates. */
+    APT_POSITION_LOOP_SET_ACCELERATING = 1,
+    /** The motor moves at constant velocity. */
+    APT_POSITION_LOOP_SET_CONSTANT_VELOCITY = 2
+};
+
+/**
+ * Values of position_trigger_state (Issue 37, page 167).
+ *
+ * Whether the position trigger of a channel outputs pulses.
+ */
+enum apt_position_trigger_state {
+    /** Pulses are output at the next positions. */
+    APT_POSITION_TRIGGER_STATE_TRIG_ARM = 1,
+    /** No pulses are output. */
+    APT_POSITION_TRIGGER_STATE_TRIG_CANCEL = 2
+};
+
+/**
+ * Values of profile_mode (Issue 3, page 69).
  *
  * Shape of the velocity profile.
  */
@@ -280,7 +554,7 @@ enum apt_profile_mode {
 };
 
 /**
- * Values of rack_bay (page 23).
+ * Values of rack_bay (Issue 3, page 23).
  *
  * Bay of a rack, counted from zero on the wire; the names count from one as on the front panel.
  */
@@ -308,7 +582,51 @@ enum apt_rack_bay {
 };
 
 /**
- * Values of software_limit_mode (page 40).
+ * Values of raster_command (Issue 37, page 180).
+ *
+ * Command for a raster scan.
+ */
+enum apt_raster_command {
+    /** Starts the scan, or continues it after PAUSE. */
+    APT_RASTER_COMMAND_START = 1,
+    /** Pauses the scan. */
+    APT_RASTER_COMMAND_PAUSE = 2,
+    /** Ends the scan; the next START begins it again. */
+    APT_RASTER_COMMAND_STOP = 3
+};
+
+/**
+ * Values of raster_trigger_mode (Issue 37, page 178).
+ *
+ * Effect of a trigger in a raster scan.
+ */
+enum apt_raster_trigger_mode {
+    /** Nothing; the scan starts at once. */
+    APT_RASTER_TRIGGER_MODE_SOFTWARE = 1,
+    /** The next step of the X axis. */
+    APT_RASTER_TRIGGER_MODE_XSTEP = 2,
+    /** The next line of the X axis. */
+    APT_RASTER_TRIGGER_MODE_YSTEP = 3,
+    /** The whole scan. */
+    APT_RASTER_TRIGGER_MODE_XYSCAN = 4,
+    /** The scan, which runs while the trigger is active and pauses while it is not. */
+    APT_RASTER_TRIGGER_MODE_ONOFF = 5
+};
+
+/**
+ * Values of scan_pattern (Issue 37, page 177).
+ *
+ * Pattern of a raster scan.
+ */
+enum apt_scan_pattern {
+    /** Each line begins at the same end. */
+    APT_SCAN_PATTERN_FLYBACK = 1,
+    /** Every second line runs in reverse. */
+    APT_SCAN_PATTERN_FWDREV = 2
+};
+
+/**
+ * Values of software_limit_mode (Issue 3, page 40).
  *
  * Behaviour at a software limit. One of the values 1 to 3, with ROTATION_STAGE added (bitwise OR)
  * where it applies.
@@ -325,7 +643,7 @@ enum apt_software_limit_mode {
 };
 
 /**
- * Values of solenoid_interlock_mode (page 89).
+ * Values of solenoid_interlock_mode (Issue 3, page 89).
  *
  * Whether the hardware interlock plug is required.
  */
@@ -337,7 +655,7 @@ enum apt_solenoid_interlock_mode {
 };
 
 /**
- * Values of solenoid_operating_mode (page 85).
+ * Values of solenoid_operating_mode (Issue 3, page 85).
  *
  * Source of the commands that open and close the solenoid.
  */
@@ -363,7 +681,7 @@ enum apt_solenoid_operating_mode {
 };
 
 /**
- * Values of solenoid_state (page 91).
+ * Values of solenoid_state (Issue 3, page 91).
  *
  * State of the output.
  */
@@ -375,7 +693,7 @@ enum apt_solenoid_state {
 };
 
 /**
- * Values of stage_axis (page 76).
+ * Values of stage_axis (Issue 3, page 76).
  *
  * Stage and axis that a channel drives.
  */
@@ -387,7 +705,7 @@ enum apt_stage_axis {
 };
 
 /**
- * Values of stop_mode (page 32).
+ * Values of stop_mode (Issue 3, page 32).
  *
  * How a movement ends. Page 49 has the same values for MOT_MOVE_STOP.
  */
@@ -399,7 +717,141 @@ enum apt_stop_mode {
 };
 
 /**
- * Values of voltage_limit (page 115).
+ * Values of synchronized_trigger (Issue 37, page 176).
+ *
+ * Signal that starts a synchronized move.
+ */
+enum apt_synchronized_trigger {
+    /** The message itself. */
+    APT_SYNCHRONIZED_TRIGGER_SOFTWARE = 1
+};
+
+/**
+ * Values of system_variable (Issue 37, page 165).
+ *
+ * Variable that an analog output follows.
+ */
+enum apt_system_variable {
+    /** Position error, scaled and offset. */
+    APT_SYSTEM_VARIABLE_POSERROR = 1,
+    /** Actual position, scaled and offset. */
+    APT_SYSTEM_VARIABLE_POSITION = 2,
+    /** Current of phase A, with a fixed scale. */
+    APT_SYSTEM_VARIABLE_IPHASEA = 3,
+    /** Current of phase B, with a fixed scale. */
+    APT_SYSTEM_VARIABLE_IPHASEB = 4,
+    /** Current of phase C, with a fixed scale. */
+    APT_SYSTEM_VARIABLE_IPHASEC = 5,
+    /** Motor current, with a fixed scale. */
+    APT_SYSTEM_VARIABLE_IMOT = 6
+};
+
+/**
+ * Values of trigger_input_mode (Issue 37, page 157).
+ *
+ * Effect of a trigger at the input of a motor channel.
+ */
+enum apt_trigger_input_mode {
+    /** Nothing; the state after each power-up. */
+    APT_TRIGGER_INPUT_MODE_DISABLED = 0,
+    /** General purpose input. */
+    APT_TRIGGER_INPUT_MODE_GPI = 1,
+    /** Starts a relative move by the stored distance. */
+    APT_TRIGGER_INPUT_MODE_RELATIVE_MOVE = 2,
+    /** Starts an absolute move to the stored position. */
+    APT_TRIGGER_INPUT_MODE_ABSOLUTE_MOVE = 3,
+    /** Starts homing. */
+    APT_TRIGGER_INPUT_MODE_HOME_MOVE = 4,
+    /** Stops the axis. */
+    APT_TRIGGER_INPUT_MODE_STOP = 5
+};
+
+/**
+ * Values of trigger_output_mode (Issue 37, page 158).
+ *
+ * Condition under which the trigger output of a motor channel is active.
+ */
+enum apt_trigger_output_mode {
+    /** General purpose output. */
+    APT_TRIGGER_OUTPUT_MODE_GPO = 10,
+    /** While the axis moves. */
+    APT_TRIGGER_OUTPUT_MODE_IN_MOTION = 11,
+    /** While the axis moves at its maximum velocity. */
+    APT_TRIGGER_OUTPUT_MODE_AT_MAX_VELOCITY = 12,
+    /** Pulses at positions on the way forward; on one port at a time. */
+    APT_TRIGGER_OUTPUT_MODE_AT_POSITION_STEPS_FWD = 13,
+    /** Pulses at positions on the way back; on one port at a time. */
+    APT_TRIGGER_OUTPUT_MODE_AT_POSITION_STEPS_REV = 14,
+    /** Pulses at positions in both directions; on one port at a time. */
+    APT_TRIGGER_OUTPUT_MODE_AT_POSITION_STEPS_BOTH = 15,
+    /** While the forward limit switch is active. */
+    APT_TRIGGER_OUTPUT_MODE_AT_FORWARD_LIMIT = 16,
+    /** While the reverse limit switch is active. */
+    APT_TRIGGER_OUTPUT_MODE_AT_REVERSE_LIMIT = 17,
+    /** While one of the two limit switches is active. */
+    APT_TRIGGER_OUTPUT_MODE_AT_EITHER_LIMIT = 18
+};
+
+/**
+ * Values of trigger_polarity (Issue 37, page 156).
+ *
+ * Active state of a trigger.
+ */
+enum apt_trigger_polarity {
+    /** 5 V is active, and an input reacts to a rising edge. */
+    APT_TRIGGER_POLARITY_HIGH = 1,
+    /** 0 V is active, and an input reacts to a falling edge. */
+    APT_TRIGGER_POLARITY_LOW = 2
+};
+
+/**
+ * Values of trigger_port_mode (Issue 37, page 141).
+ *
+ * Function of a trigger port of a K-Cube: values up to 0x05 are inputs, 0x0A and above outputs.
+ */
+enum apt_trigger_port_mode {
+    /** The port is not used. */
+    APT_TRIGGER_PORT_MODE_DISABLED = 0,
+    /** General purpose input; its state is in the status bits. */
+    APT_TRIGGER_PORT_MODE_INPUT_LOGIC = 1,
+    /** An edge starts a relative move. */
+    APT_TRIGGER_PORT_MODE_INPUT_RELATIVE_MOVE = 2,
+    /** An edge starts an absolute move. */
+    APT_TRIGGER_PORT_MODE_INPUT_ABSOLUTE_MOVE = 3,
+    /** An edge starts homing. */
+    APT_TRIGGER_PORT_MODE_INPUT_HOME = 4,
+    /** General purpose output; set with MOD_SET_DIGOUTPUTS. */
+    APT_TRIGGER_PORT_MODE_OUTPUT_LOGIC = 10,
+    /** Active while the axis moves. */
+    APT_TRIGGER_PORT_MODE_OUTPUT_IN_MOTION = 11,
+    /** Active while the axis moves at its maximum velocity. */
+    APT_TRIGGER_PORT_MODE_OUTPUT_MAX_VELOCITY = 12,
+    /** Pulses at positions on the way forward; on one port at a time. */
+    APT_TRIGGER_PORT_MODE_OUTPUT_POSITIONS_FORWARD = 13,
+    /** Pulses at positions on the way back; on one port at a time. */
+    APT_TRIGGER_PORT_MODE_OUTPUT_POSITIONS_REVERSE = 14,
+    /** Pulses at positions in both directions; on one port at a time. */
+    APT_TRIGGER_PORT_MODE_OUTPUT_POSITIONS_BOTH = 15
+};
+
+/**
+ * Values of trigger_source (Issue 37, page 157).
+ *
+ * Connector of a trigger input.
+ */
+enum apt_trigger_source {
+    /** Software; for MOT_SET_MOTTRIGIOCONFIG not used. */
+    APT_TRIGGER_SOURCE_SOFTWARE = 0,
+    /** Connector BNC 1. */
+    APT_TRIGGER_SOURCE_BNC1 = 1,
+    /** Connector BNC 2. */
+    APT_TRIGGER_SOURCE_BNC2 = 2,
+    /** Connector BNC 3. */
+    APT_TRIGGER_SOURCE_BNC3 = 3
+};
+
+/**
+ * Values of voltage_limit (Issue 3, page 115).
  *
  * Maximum output voltage of a TPZ001.
  */
@@ -410,6 +862,34 @@ enum apt_voltage_limit {
     APT_VOLTAGE_LIMIT_VOLTAGELIMIT_100V = 2,
     /** 150 V. */
     APT_VOLTAGE_LIMIT_VOLTAGELIMIT_150V = 3
+};
+
+/**
+ * Values of wheel_direction (Issue 37, page 138).
+ *
+ * Direction of a move that is started with the wheel.
+ */
+enum apt_wheel_direction {
+    /** The wheel starts no moves and only operates the menu. */
+    APT_WHEEL_DIRECTION_DISABLED = 0,
+    /** Turning it upwards increases the position. */
+    APT_WHEEL_DIRECTION_POSITIVE = 1,
+    /** Turning it upwards decreases the position; only in VELOCITY mode. */
+    APT_WHEEL_DIRECTION_NEGATIVE = 2
+};
+
+/**
+ * Values of wheel_mode (Issue 37, page 137).
+ *
+ * Function of the wheel or joystick on the top panel.
+ */
+enum apt_wheel_mode {
+    /** Moves at a velocity that depends on the deflection. */
+    APT_WHEEL_MODE_VELOCITY = 1,
+    /** Jogs with the jog parameters, again and again while the wheel is deflected. */
+    APT_WHEEL_MODE_JOG = 2,
+    /** Moves to a preset position. */
+    APT_WHEEL_MODE_GO_TO_POSITION = 3
 };
 
 #endif

@@ -10,7 +10,95 @@
 #include <stdint.h>
 
 /**
- * @name Bits of bpc_status_bits (page 102)
+ * @name Bits of aux_output_port_mask (Issue 37, page 164)
+ *
+ * Outputs of the AUX I/O connector in a request.
+ * @{
+ */
+/** Bit 0: output port 1. */
+#define APT_AUX_OUTPUT_PORT_MASK_PORTNUM_1 0x01U
+/** Bit 1: output port 2. */
+#define APT_AUX_OUTPUT_PORT_MASK_PORTNUM_2 0x02U
+/** Bit 2: output port 3. */
+#define APT_AUX_OUTPUT_PORT_MASK_PORTNUM_3 0x04U
+/** @} */
+
+/**
+ * @name Bits of aux_output_ports (Issue 37, page 163)
+ *
+ * Outputs of the AUX I/O connector, in groups: with ENC, each group has the encoder signals of one
+ * motor channel.
+ * @{
+ */
+/** Bit 0: output port 1. */
+#define APT_AUX_OUTPUT_PORTS_PORTNUM_1 0x0001U
+/** Bit 1: output port 2. */
+#define APT_AUX_OUTPUT_PORTS_PORTNUM_2 0x0002U
+/** Bit 2: output port 3. */
+#define APT_AUX_OUTPUT_PORTS_PORTNUM_3 0x0004U
+/** @} */
+
+/**
+ * @name Bits of bbd30x_status_bits (Issue 37, page 129)
+ *
+ * Status of a channel of the BBD30x.
+ * @{
+ */
+/** Bit 0: forward hardware limit switch is active. */
+#define APT_BBD30X_STATUS_BITS_FORWARD_HARDWARE_LIMIT UINT32_C(0x00000001)
+/** Bit 1: reverse hardware limit switch is active. */
+#define APT_BBD30X_STATUS_BITS_REVERSE_HARDWARE_LIMIT UINT32_C(0x00000002)
+/** Bit 4: moving forward. */
+#define APT_BBD30X_STATUS_BITS_MOVING_FORWARD UINT32_C(0x00000010)
+/** Bit 5: moving in reverse. */
+#define APT_BBD30X_STATUS_BITS_MOVING_REVERSE UINT32_C(0x00000020)
+/** Bit 6: jogging forward. */
+#define APT_BBD30X_STATUS_BITS_JOGGING_FORWARD UINT32_C(0x00000040)
+/** Bit 7: jogging in reverse. */
+#define APT_BBD30X_STATUS_BITS_JOGGING_REVERSE UINT32_C(0x00000080)
+/** Bit 8: the controller has recognized the motor. */
+#define APT_BBD30X_STATUS_BITS_MOTOR_CONNECTED UINT32_C(0x00000100)
+/** Bit 9: homing. */
+#define APT_BBD30X_STATUS_BITS_HOMING UINT32_C(0x00000200)
+/** Bit 10: homing has been completed. */
+#define APT_BBD30X_STATUS_BITS_HOMED UINT32_C(0x00000400)
+/** Bit 11: a brushless motor is finding its phase, and no motion command is executed. */
+#define APT_BBD30X_STATUS_BITS_INITIALIZING UINT32_C(0x00000800)
+/** Bit 12: position error is within the track window (bit 13 on page 66 of Issue 3). */
+#define APT_BBD30X_STATUS_BITS_TRACKING UINT32_C(0x00001000)
+/** Bit 13: axis has settled at the demanded position (bit 14 on pages 66 and 73). */
+#define APT_BBD30X_STATUS_BITS_SETTLED UINT32_C(0x00002000)
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
+#define APT_BBD30X_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
+/**
+ * Bit 16: interlock of controllers with an enable signal; the document does not say which state is
+ * 1.
+ */
+#define APT_BBD30X_STATUS_BITS_INTERLOCK UINT32_C(0x00010000)
+/** Bit 17: driver or motor is too hot. */
+#define APT_BBD30X_STATUS_BITS_OVER_TEMPERATURE UINT32_C(0x00020000)
+/** Bit 18: supply voltage of the motor is too low. */
+#define APT_BBD30X_STATUS_BITS_BUS_VOLTAGE_FAULT UINT32_C(0x00040000)
+/** Bit 19: commutation of a brushless motor has failed; only a power cycle clears it. */
+#define APT_BBD30X_STATUS_BITS_COMMUTATION_ERROR UINT32_C(0x00080000)
+/** Bit 24: motor current limit reached (bit 25 on page 64 of Issue 3). */
+#define APT_BBD30X_STATUS_BITS_MOTOR_CURRENT_LIMIT UINT32_C(0x01000000)
+/** Bit 26: motor current is above its continuous limit; normal for a short time. */
+#define APT_BBD30X_STATUS_BITS_OVER_CURRENT UINT32_C(0x04000000)
+/** Bit 27: current of the motor supply is too high. */
+#define APT_BBD30X_STATUS_BITS_BUS_CURRENT_FAULT UINT32_C(0x08000000)
+/** Bit 28: all power supplies are normal. */
+#define APT_BBD30X_STATUS_BITS_POWER_OK UINT32_C(0x10000000)
+/** Bit 29: normally, a motion command is being executed. */
+#define APT_BBD30X_STATUS_BITS_ACTIVE UINT32_C(0x20000000)
+/** Bit 30: one of the other errors, or another abnormal condition. */
+#define APT_BBD30X_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** Bit 31: the channel is enabled. */
+#define APT_BBD30X_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** @} */
+
+/**
+ * @name Bits of bpc_status_bits (Issue 3, page 102)
  *
  * Status of a channel of a BPC controller; the table on page 104 has the same bits except 12 to 14.
  * Bits not named are for future use.
@@ -55,7 +143,49 @@
 /** @} */
 
 /**
- * @name Bits of dc_status_bits (page 79)
+ * @name Bits of brushless_trigger_mode (Issue 37, page 135)
+ *
+ * Trigger input, trigger output and triggered move of a brushless DC controller (BBD20x, BBD30x,
+ * TBD001). An edge at the input starts a move; during a move, the input is ignored.
+ * @{
+ */
+/** Bit 0: a rising edge triggers; otherwise a falling edge. */
+#define APT_BRUSHLESS_TRIGGER_MODE_TRIGIN_HIGH 0x01U
+/** Bit 1: a trigger starts a relative move by the stored distance. */
+#define APT_BRUSHLESS_TRIGGER_MODE_TRIGIN_RELMOVE 0x02U
+/** Bit 2: a trigger starts an absolute move to the stored position. */
+#define APT_BRUSHLESS_TRIGGER_MODE_TRIGIN_ABSMOVE 0x04U
+/** Bit 3: a trigger starts homing. */
+#define APT_BRUSHLESS_TRIGGER_MODE_TRIGIN_HOMEMOVE 0x08U
+/** Bit 4: the output is high while its condition is true; otherwise low. */
+#define APT_BRUSHLESS_TRIGGER_MODE_TRIGOUT_HIGH 0x10U
+/** Bit 5: condition of the output is that the axis moves. */
+#define APT_BRUSHLESS_TRIGGER_MODE_TRIGOUT_INMOTION 0x20U
+/** Bit 6: condition of the output is that a move is complete. */
+#define APT_BRUSHLESS_TRIGGER_MODE_TRIGOUT_MOTIONCOMPLETE 0x40U
+/** Bit 7: condition of the output is that the axis moves at its maximum velocity. */
+#define APT_BRUSHLESS_TRIGGER_MODE_TRIGOUT_MAXVELOCITY 0x80U
+/** @} */
+
+/**
+ * @name Bits of control_io_outputs (Issue 37, page 58)
+ *
+ * State of the digital outputs on the CONTROL IO connector. The number of outputs depends on the
+ * unit: a BSC201 has one, a BNT001 four.
+ * @{
+ */
+/** Bit 0: digital output 1 is on. */
+#define APT_CONTROL_IO_OUTPUTS_DIGITAL_OUTPUT_1 0x01U
+/** Bit 1: digital output 2 is on. */
+#define APT_CONTROL_IO_OUTPUTS_DIGITAL_OUTPUT_2 0x02U
+/** Bit 2: digital output 3 is on. */
+#define APT_CONTROL_IO_OUTPUTS_DIGITAL_OUTPUT_3 0x04U
+/** Bit 3: digital output 4 is on. */
+#define APT_CONTROL_IO_OUTPUTS_DIGITAL_OUTPUT_4 0x08U
+/** @} */
+
+/**
+ * @name Bits of dc_status_bits (Issue 3, page 79)
  *
  * Status of a DC servo channel. The bits from homed onwards are on page 80, which says that further
  * bits exist. Pages 62, 64, 66 and 73 number bits of this register from one.
@@ -77,20 +207,61 @@
 #define APT_DC_STATUS_BITS_HOMING UINT32_C(0x00000200)
 /** Bit 10: homing has been completed. */
 #define APT_DC_STATUS_BITS_HOMED UINT32_C(0x00000400)
-/** Bit 12: position error is within the track window (bit 13 on page 66). */
+/** Bit 12: position error is within the track window (bit 13 on page 66 of Issue 3). */
 #define APT_DC_STATUS_BITS_TRACKING UINT32_C(0x00001000)
 /** Bit 13: axis has settled at the demanded position (bit 14 on pages 66 and 73). */
 #define APT_DC_STATUS_BITS_SETTLED UINT32_C(0x00002000)
-/** Bit 14: excessive position error (bit 15 on page 62). */
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
 #define APT_DC_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
-/** Bit 24: motor current limit reached (bit 25 on page 64). */
+/** Bit 24: motor current limit reached (bit 25 on page 64 of Issue 3). */
 #define APT_DC_STATUS_BITS_MOTOR_CURRENT_LIMIT UINT32_C(0x01000000)
 /** Bit 31: the channel is enabled. */
 #define APT_DC_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** Bit 2: forward (CW) software limit is active. */
+#define APT_DC_STATUS_BITS_FORWARD_SOFTWARE_LIMIT UINT32_C(0x00000004)
+/** Bit 3: reverse (CCW) software limit is active. */
+#define APT_DC_STATUS_BITS_REVERSE_SOFTWARE_LIMIT UINT32_C(0x00000008)
+/** Bit 8: the controller has recognized the motor. */
+#define APT_DC_STATUS_BITS_MOTOR_CONNECTED UINT32_C(0x00000100)
+/** Bit 11: a brushless motor is finding its phase, and no motion command is executed. */
+#define APT_DC_STATUS_BITS_INITIALIZING UINT32_C(0x00000800)
+/** Bit 15: older controllers: a command could not be executed. */
+#define APT_DC_STATUS_BITS_INSTRUCTION_ERROR UINT32_C(0x00008000)
+/**
+ * Bit 16: interlock of controllers with an enable signal; the document does not say which state is
+ * 1.
+ */
+#define APT_DC_STATUS_BITS_INTERLOCK UINT32_C(0x00010000)
+/** Bit 17: driver or motor is too hot. */
+#define APT_DC_STATUS_BITS_OVER_TEMPERATURE UINT32_C(0x00020000)
+/** Bit 18: supply voltage of the motor is too low. */
+#define APT_DC_STATUS_BITS_BUS_VOLTAGE_FAULT UINT32_C(0x00040000)
+/** Bit 19: commutation of a brushless motor has failed; only a power cycle clears it. */
+#define APT_DC_STATUS_BITS_COMMUTATION_ERROR UINT32_C(0x00080000)
+/** Bit 20: digital input 1 is high. */
+#define APT_DC_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 21: digital input 2 is high. */
+#define APT_DC_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
+/** Bit 22: digital input 3 is high. */
+#define APT_DC_STATUS_BITS_DIGITAL_INPUT_3 UINT32_C(0x00400000)
+/** Bit 23: digital input 4 is high. */
+#define APT_DC_STATUS_BITS_DIGITAL_INPUT_4 UINT32_C(0x00800000)
+/** Bit 25: the encoder is faulty. */
+#define APT_DC_STATUS_BITS_ENCODER_FAULT UINT32_C(0x02000000)
+/** Bit 26: motor current is above its continuous limit; normal for a short time. */
+#define APT_DC_STATUS_BITS_OVER_CURRENT UINT32_C(0x04000000)
+/** Bit 27: current of the motor supply is too high. */
+#define APT_DC_STATUS_BITS_BUS_CURRENT_FAULT UINT32_C(0x08000000)
+/** Bit 28: all power supplies are normal. */
+#define APT_DC_STATUS_BITS_POWER_OK UINT32_C(0x10000000)
+/** Bit 29: normally, a motion command is being executed. */
+#define APT_DC_STATUS_BITS_ACTIVE UINT32_C(0x20000000)
+/** Bit 30: one of the other errors, or another abnormal condition. */
+#define APT_DC_STATUS_BITS_ERROR UINT32_C(0x40000000)
 /** @} */
 
 /**
- * @name Bits of input_volts_source (page 98)
+ * @name Bits of input_volts_source (Issue 3, page 98)
  *
  * Inputs that are added to the voltage set by software. No bit set (0x00) means software only; the
  * software source is always part of the sum.
@@ -103,7 +274,87 @@
 /** @} */
 
 /**
- * @name Bits of led_mode (page 53)
+ * @name Bits of kbd101_status_bits (Issue 37, page 129)
+ *
+ * Status of a channel of the KBD101.
+ * @{
+ */
+/** Bit 0: forward hardware limit switch is active. */
+#define APT_KBD101_STATUS_BITS_FORWARD_HARDWARE_LIMIT UINT32_C(0x00000001)
+/** Bit 1: reverse hardware limit switch is active. */
+#define APT_KBD101_STATUS_BITS_REVERSE_HARDWARE_LIMIT UINT32_C(0x00000002)
+/** Bit 4: moving forward. */
+#define APT_KBD101_STATUS_BITS_MOVING_FORWARD UINT32_C(0x00000010)
+/** Bit 5: moving in reverse. */
+#define APT_KBD101_STATUS_BITS_MOVING_REVERSE UINT32_C(0x00000020)
+/** Bit 6: jogging forward. */
+#define APT_KBD101_STATUS_BITS_JOGGING_FORWARD UINT32_C(0x00000040)
+/** Bit 7: jogging in reverse. */
+#define APT_KBD101_STATUS_BITS_JOGGING_REVERSE UINT32_C(0x00000080)
+/** Bit 8: the controller has recognized the motor. */
+#define APT_KBD101_STATUS_BITS_MOTOR_CONNECTED UINT32_C(0x00000100)
+/** Bit 9: homing. */
+#define APT_KBD101_STATUS_BITS_HOMING UINT32_C(0x00000200)
+/** Bit 10: homing has been completed. */
+#define APT_KBD101_STATUS_BITS_HOMED UINT32_C(0x00000400)
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
+#define APT_KBD101_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
+/** Bit 20: digital input 1 is high. */
+#define APT_KBD101_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 21: digital input 2 is high. */
+#define APT_KBD101_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
+/** Bit 24: motor current limit reached (bit 25 on page 64 of Issue 3). */
+#define APT_KBD101_STATUS_BITS_MOTOR_CURRENT_LIMIT UINT32_C(0x01000000)
+/** Bit 28: all power supplies are normal. */
+#define APT_KBD101_STATUS_BITS_POWER_OK UINT32_C(0x10000000)
+/** Bit 29: normally, a motion command is being executed. */
+#define APT_KBD101_STATUS_BITS_ACTIVE UINT32_C(0x20000000)
+/** Bit 31: the channel is enabled. */
+#define APT_KBD101_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** @} */
+
+/**
+ * @name Bits of kdc101_status_bits (Issue 37, page 129)
+ *
+ * Status of a channel of the KDC101.
+ * @{
+ */
+/** Bit 0: forward hardware limit switch is active. */
+#define APT_KDC101_STATUS_BITS_FORWARD_HARDWARE_LIMIT UINT32_C(0x00000001)
+/** Bit 1: reverse hardware limit switch is active. */
+#define APT_KDC101_STATUS_BITS_REVERSE_HARDWARE_LIMIT UINT32_C(0x00000002)
+/** Bit 2: forward (CW) software limit is active. */
+#define APT_KDC101_STATUS_BITS_FORWARD_SOFTWARE_LIMIT UINT32_C(0x00000004)
+/** Bit 3: reverse (CCW) software limit is active. */
+#define APT_KDC101_STATUS_BITS_REVERSE_SOFTWARE_LIMIT UINT32_C(0x00000008)
+/** Bit 4: moving forward. */
+#define APT_KDC101_STATUS_BITS_MOVING_FORWARD UINT32_C(0x00000010)
+/** Bit 5: moving in reverse. */
+#define APT_KDC101_STATUS_BITS_MOVING_REVERSE UINT32_C(0x00000020)
+/** Bit 6: jogging forward. */
+#define APT_KDC101_STATUS_BITS_JOGGING_FORWARD UINT32_C(0x00000040)
+/** Bit 7: jogging in reverse. */
+#define APT_KDC101_STATUS_BITS_JOGGING_REVERSE UINT32_C(0x00000080)
+/** Bit 8: the controller has recognized the motor. */
+#define APT_KDC101_STATUS_BITS_MOTOR_CONNECTED UINT32_C(0x00000100)
+/** Bit 9: homing. */
+#define APT_KDC101_STATUS_BITS_HOMING UINT32_C(0x00000200)
+/** Bit 10: homing has been completed. */
+#define APT_KDC101_STATUS_BITS_HOMED UINT32_C(0x00000400)
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
+#define APT_KDC101_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
+/** Bit 20: digital input 1 is high. */
+#define APT_KDC101_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 21: digital input 2 is high. */
+#define APT_KDC101_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
+/** Bit 30: one of the other errors, or another abnormal condition. */
+#define APT_KDC101_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** Bit 31: the channel is enabled. */
+#define APT_KDC101_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** @} */
+
+/**
+ * @name Bits of led_mode (Issue 3, page 53)
  *
  * Events that the LED on the control keypad shows; all by default.
  * @{
@@ -117,7 +368,7 @@
 /** @} */
 
 /**
- * @name Bits of lut_output_mode (page 108)
+ * @name Bits of lut_output_mode (Issue 3, page 108)
  *
  * How the waveform table is output. The trigger bits (2 to 7) do not apply to the TPZ001. Continued
  * on page 109.
@@ -142,7 +393,63 @@
 /** @} */
 
 /**
- * @name Bits of output_max_volts_flags (page 122)
+ * @name Bits of m30x_status_bits (Issue 37, page 129)
+ *
+ * Status of a channel of the M30X and M30XY.
+ * @{
+ */
+/** Bit 0: forward hardware limit switch is active. */
+#define APT_M30X_STATUS_BITS_FORWARD_HARDWARE_LIMIT UINT32_C(0x00000001)
+/** Bit 1: reverse hardware limit switch is active. */
+#define APT_M30X_STATUS_BITS_REVERSE_HARDWARE_LIMIT UINT32_C(0x00000002)
+/** Bit 2: forward (CW) software limit is active. */
+#define APT_M30X_STATUS_BITS_FORWARD_SOFTWARE_LIMIT UINT32_C(0x00000004)
+/** Bit 3: reverse (CCW) software limit is active. */
+#define APT_M30X_STATUS_BITS_REVERSE_SOFTWARE_LIMIT UINT32_C(0x00000008)
+/** Bit 4: moving forward. */
+#define APT_M30X_STATUS_BITS_MOVING_FORWARD UINT32_C(0x00000010)
+/** Bit 5: moving in reverse. */
+#define APT_M30X_STATUS_BITS_MOVING_REVERSE UINT32_C(0x00000020)
+/** Bit 6: jogging forward. */
+#define APT_M30X_STATUS_BITS_JOGGING_FORWARD UINT32_C(0x00000040)
+/** Bit 7: jogging in reverse. */
+#define APT_M30X_STATUS_BITS_JOGGING_REVERSE UINT32_C(0x00000080)
+/** Bit 8: the controller has recognized the motor. */
+#define APT_M30X_STATUS_BITS_MOTOR_CONNECTED UINT32_C(0x00000100)
+/** Bit 9: homing. */
+#define APT_M30X_STATUS_BITS_HOMING UINT32_C(0x00000200)
+/** Bit 10: homing has been completed. */
+#define APT_M30X_STATUS_BITS_HOMED UINT32_C(0x00000400)
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
+#define APT_M30X_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
+/** Bit 17: driver or motor is too hot. */
+#define APT_M30X_STATUS_BITS_OVER_TEMPERATURE UINT32_C(0x00020000)
+/** Bit 18: supply voltage of the motor is too low. */
+#define APT_M30X_STATUS_BITS_BUS_VOLTAGE_FAULT UINT32_C(0x00040000)
+/** Bit 20: digital input 1 is high. */
+#define APT_M30X_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 21: digital input 2 is high. */
+#define APT_M30X_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
+/** Bit 24: motor current limit reached (bit 25 on page 64 of Issue 3). */
+#define APT_M30X_STATUS_BITS_MOTOR_CURRENT_LIMIT UINT32_C(0x01000000)
+/** Bit 25: the encoder is faulty. */
+#define APT_M30X_STATUS_BITS_ENCODER_FAULT UINT32_C(0x02000000)
+/** Bit 26: motor current is above its continuous limit; normal for a short time. */
+#define APT_M30X_STATUS_BITS_OVER_CURRENT UINT32_C(0x04000000)
+/** Bit 27: current of the motor supply is too high. */
+#define APT_M30X_STATUS_BITS_BUS_CURRENT_FAULT UINT32_C(0x08000000)
+/** Bit 28: all power supplies are normal. */
+#define APT_M30X_STATUS_BITS_POWER_OK UINT32_C(0x10000000)
+/** Bit 29: normally, a motion command is being executed. */
+#define APT_M30X_STATUS_BITS_ACTIVE UINT32_C(0x20000000)
+/** Bit 30: one of the other errors, or another abnormal condition. */
+#define APT_M30X_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** Bit 31: the channel is enabled. */
+#define APT_M30X_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** @} */
+
+/**
+ * @name Bits of output_max_volts_flags (Issue 3, page 122)
  *
  * Voltage limit of the stage and controller combination, as PZ_GET_OUTPUTMAXVOLTS reports it.
  * @{
@@ -156,7 +463,7 @@
 /** @} */
 
 /**
- * @name Bits of rack_digital_outputs (page 26)
+ * @name Bits of rack_digital_outputs (Issue 3, page 26)
  *
  * State of the digital outputs on the USER IO connector; 1 is logic high.
  * @{
@@ -172,7 +479,7 @@
 /** @} */
 
 /**
- * @name Bits of rack_status_bits (page 25)
+ * @name Bits of rack_status_bits (Issue 3, page 25)
  *
  * State of the digital inputs on the USER IO connector; 1 is logic high.
  * @{
@@ -188,7 +495,7 @@
 /** @} */
 
 /**
- * @name Bits of stepper_status_bits (page 77)
+ * @name Bits of stepper_status_bits (Issue 3, page 77)
  *
  * Status of a stepper channel; 1 is active. Page 78 says that further bits exist.
  * @{
@@ -220,7 +527,72 @@
 /** @} */
 
 /**
- * @name Bits of tpz_status_bits (page 101)
+ * @name Bits of synchronized_channels (Issue 37, page 172)
+ *
+ * Motor channels of a synchronized move.
+ * @{
+ */
+/** Bit 0: motor channel 1. */
+#define APT_SYNCHRONIZED_CHANNELS_CHANNEL_1 0x0001U
+/** Bit 1: motor channel 2. */
+#define APT_SYNCHRONIZED_CHANNELS_CHANNEL_2 0x0002U
+/** Bit 2: motor channel 3; its bit follows from those of channels 1 and 2 on page 173. */
+#define APT_SYNCHRONIZED_CHANNELS_CHANNEL_3 0x0004U
+/** @} */
+
+/**
+ * @name Bits of tbd001_status_bits (Issue 37, page 129)
+ *
+ * Status of a channel of the TBD001.
+ * @{
+ */
+/** Bit 0: forward hardware limit switch is active. */
+#define APT_TBD001_STATUS_BITS_FORWARD_HARDWARE_LIMIT UINT32_C(0x00000001)
+/** Bit 1: reverse hardware limit switch is active. */
+#define APT_TBD001_STATUS_BITS_REVERSE_HARDWARE_LIMIT UINT32_C(0x00000002)
+/** Bit 4: moving forward. */
+#define APT_TBD001_STATUS_BITS_MOVING_FORWARD UINT32_C(0x00000010)
+/** Bit 5: moving in reverse. */
+#define APT_TBD001_STATUS_BITS_MOVING_REVERSE UINT32_C(0x00000020)
+/** Bit 6: jogging forward. */
+#define APT_TBD001_STATUS_BITS_JOGGING_FORWARD UINT32_C(0x00000040)
+/** Bit 7: jogging in reverse. */
+#define APT_TBD001_STATUS_BITS_JOGGING_REVERSE UINT32_C(0x00000080)
+/** Bit 9: homing. */
+#define APT_TBD001_STATUS_BITS_HOMING UINT32_C(0x00000200)
+/** Bit 10: homing has been completed. */
+#define APT_TBD001_STATUS_BITS_HOMED UINT32_C(0x00000400)
+/** Bit 12: position error is within the track window (bit 13 on page 66 of Issue 3). */
+#define APT_TBD001_STATUS_BITS_TRACKING UINT32_C(0x00001000)
+/** Bit 13: axis has settled at the demanded position (bit 14 on pages 66 and 73). */
+#define APT_TBD001_STATUS_BITS_SETTLED UINT32_C(0x00002000)
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
+#define APT_TBD001_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
+/** Bit 15: older controllers: a command could not be executed. */
+#define APT_TBD001_STATUS_BITS_INSTRUCTION_ERROR UINT32_C(0x00008000)
+/**
+ * Bit 16: interlock of controllers with an enable signal; the document does not say which state is
+ * 1.
+ */
+#define APT_TBD001_STATUS_BITS_INTERLOCK UINT32_C(0x00010000)
+/** Bit 17: driver or motor is too hot. */
+#define APT_TBD001_STATUS_BITS_OVER_TEMPERATURE UINT32_C(0x00020000)
+/** Bit 18: supply voltage of the motor is too low. */
+#define APT_TBD001_STATUS_BITS_BUS_VOLTAGE_FAULT UINT32_C(0x00040000)
+/** Bit 19: commutation of a brushless motor has failed; only a power cycle clears it. */
+#define APT_TBD001_STATUS_BITS_COMMUTATION_ERROR UINT32_C(0x00080000)
+/** Bit 20: digital input 1 is high. */
+#define APT_TBD001_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 24: motor current limit reached (bit 25 on page 64 of Issue 3). */
+#define APT_TBD001_STATUS_BITS_MOTOR_CURRENT_LIMIT UINT32_C(0x01000000)
+/** Bit 30: one of the other errors, or another abnormal condition. */
+#define APT_TBD001_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** Bit 31: the channel is enabled. */
+#define APT_TBD001_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** @} */
+
+/**
+ * @name Bits of tpz_status_bits (Issue 3, page 101)
  *
  * Status of a TPZ001 channel; page 103 has the same table. Bits not named are for future use.
  * @{
@@ -235,6 +607,31 @@
 #define APT_TPZ_STATUS_BITS_STRAIN_GAUGE_CONNECTED UINT32_C(0x00000100)
 /** Bit 10: position control mode; 1 is closed loop. */
 #define APT_TPZ_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000400)
+/** @} */
+
+/**
+ * @name Bits of trigger_mode (Issue 37, page 134)
+ *
+ * Trigger input, trigger output and triggered move of a benchtop stepper controller such as the
+ * BSC20x.
+ * @{
+ */
+/** Bit 0: use the trigger input. */
+#define APT_TRIGGER_MODE_TRIGIN_ENABLE 0x01U
+/** Bit 1: use the trigger output in the mode of bit 2 or 3. */
+#define APT_TRIGGER_MODE_TRIGOUT_ENABLE 0x02U
+/** Bit 2: the output follows the input. */
+#define APT_TRIGGER_MODE_TRIGOUT_MODEFOLLOW 0x04U
+/** Bit 3: the output is high until the end of the move. */
+#define APT_TRIGGER_MODE_TRIGOUT_MODEMOVEEND 0x08U
+/** Bit 4: a trigger starts a relative move. */
+#define APT_TRIGGER_MODE_TRIG_RELMOVE 0x10U
+/** Bit 5: a trigger starts an absolute move. */
+#define APT_TRIGGER_MODE_TRIG_ABSMOVE 0x20U
+/** Bit 6: a trigger starts homing. */
+#define APT_TRIGGER_MODE_TRIG_HOMEMOVE 0x40U
+/** Bit 7: the output works without a signal at the input, for triggers from software (page 135). */
+#define APT_TRIGGER_MODE_TRIGOUT_NOTRIGIN 0x80U
 /** @} */
 
 #endif

@@ -9,6 +9,7 @@
  * and 0.
  *
  * 1. A header that announces a packet of more than 255 bytes is garbage.
+ *    For a message with an array the limit is that of its longest packet.
  * 2. In step, a header with an id of ours, in a form that the id has and with tolerated addresses,
  *    begins a message. A packet shorter than every layout has a bad length. A longer packet is a
  *    message with extra bytes. But if the extra bytes have room for a header, and the packet
@@ -16,6 +17,9 @@
  *    that header are garbage. A header form whose parameters equal the packet length of its id is
  *    also garbage: it is a packet that lost its data flag.
  * 3. In step, a frame with an unknown or undocumented id and valid addresses is skipped by its
+ *    length.
+ *    A packet that ends with an array has the length that its fields state. With another length
+ *    it is garbage if it contains a header that would be accepted out of step, otherwise a bad
  *    length.
  * 4. Anything else in step is garbage: one byte is dropped, and the parser is out of step.
  * 5. Out of step, bytes are dropped up to a header with an id of ours, in a form that the id has. A
@@ -43,8 +47,24 @@
 extern "C" {
 #endif
 
+/**
+ * Length of the longest packet in bytes, with an array; it determines the size of the parser. To
+ * save memory, define a smaller one for all files, at least APT_MAXIMUM_LENGTH: longer packets
+ * are then garbage. To save code too, define APT_NO_ARRAYS for all files: a parser then accepts
+ * an array of any length up to APT_MAXIMUM_LENGTH, and leaves the check to the decoder.
+ */
+#ifndef APT_LONGEST_PACKET
+#ifdef APT_NO_ARRAYS
+#define APT_LONGEST_PACKET APT_MAXIMUM_LENGTH
+#else
+#define APT_LONGEST_PACKET 4104U
+#endif
+#endif
+
+APT_STATIC_ASSERT(APT_LONGEST_PACKET >= APT_MAXIMUM_LENGTH, apt_longest_packet_is_too_small);
+
 /** Length of the longest frame in bytes. */
-#define APT_LONGEST_FRAME (APT_HEADER_SIZE + APT_MAXIMUM_LENGTH)
+#define APT_LONGEST_FRAME (APT_HEADER_SIZE + APT_LONGEST_PACKET)
 
 /** The end of the line that a parser is at. A parser that knows its end recovers sooner. */
 typedef enum apt_end {
@@ -66,7 +86,10 @@ typedef enum apt_event_kind {
     APT_EVENT_UNDOCUMENTED,
     /** A frame with an id that is not in the table. */
     APT_EVENT_UNKNOWN,
-    /** A frame of a known message whose packet is too short for every layout. */
+    /**
+     * A frame of a known message whose packet is too short for every layout, or whose array has
+     * another length than its fields state.
+     */
     APT_EVENT_BAD_LENGTH,
     /** Bytes outside any frame. */
     APT_EVENT_GARBAGE
@@ -96,6 +119,9 @@ typedef struct apt_event {
 #define APT_ENTRY_UNDOCUMENTED 0x10U
 /** Form of an entry: the previous entry has the same id and a shorter packet. */
 #define APT_ENTRY_SHORTER 0x20U
+
+/** Form of an entry: the packet ends with an array, which the length of the entry leaves out. */
+#define APT_ENTRY_ARRAY 0x80U
 
 /** Entry of the table: the properties of a message that the parser needs. */
 typedef struct apt_entry {

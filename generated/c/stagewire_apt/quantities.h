@@ -279,104 +279,276 @@ static inline apt_status apt_to_counts_int32(
     return status;
 }
 
-/* Scales: initialisers for a const apt_scale, such as APT_SCALE_DISPLAY_BRIGHTNESS */
+/* Scales: initialisers for a const apt_scale, such as APT_SCALE_ANALOG_INPUT */
 
 /**
- * Brightness of the display; 255 is brightest, in percent (page 114): counts_per_percent 51/20;
- * printed as “0 (Off) to 255 (brightest)”.
+ * Voltage at the analog input of the CONTROL IO connector; 32768 is 5 V, in V (Issue 37, page 70):
+ * counts_per_v 32768/5.
+ */
+#define APT_SCALE_ANALOG_INPUT APT_BRACED(INT64_C(32768), INT64_C(5))
+
+/**
+ * Brightness of the display; 255 is brightest, in percent (Issue 3, page 114): counts_per_percent
+ * 51/20; printed as “0 (Off) to 255 (brightest)”.
  */
 #define APT_SCALE_DISPLAY_BRIGHTNESS APT_BRACED(INT64_C(51), INT64_C(20))
 
 /**
- * Full-scale force of the sensor in steps of 0.001 N, in N (page 128): n_per_count 1/1000; printed
- * as “steps of 0.001 N”.
+ * Full-scale force of the sensor in steps of 0.001 N, in N (Issue 3, page 128): n_per_count 1/1000;
+ * printed as “steps of 0.001 N”.
  */
 #define APT_SCALE_FORCE_CALIBRATION APT_BRACED(INT64_C(1000), INT64_C(1))
 
 /*
- * lut_output when lut_value_type is POSITION, in um (page 106): no scale. The document scales
- * samples by the maximum output voltage only.
+ * lut_output when lut_value_type is POSITION, in um (Issue 3, page 106): no scale. The document
+ * scales samples by the maximum output voltage only.
  */
 
-/** lut_samples on MPZ601, in ms (page 109): ms_per_count 1/7; printed as “7KHz (0.14 ms)”. */
+/**
+ * lut_samples on MPZ601, in ms (Issue 3, page 109): ms_per_count 1/7; printed as “7KHz (0.14 ms)”.
+ */
 #define APT_SCALE_LUT_SAMPLES_MPZ601 APT_BRACED(INT64_C(7), INT64_C(1))
 
-/** lut_samples on BPC001, in ms (page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
+/** lut_samples on BPC001, in ms (Issue 3, page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
 #define APT_SCALE_LUT_SAMPLES_BPC001 APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** lut_samples on BPC002, in ms (page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
+/** lut_samples on BPC002, in ms (Issue 3, page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
 #define APT_SCALE_LUT_SAMPLES_BPC002 APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** lut_samples on BPC101, in ms (page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
+/** lut_samples on BPC101, in ms (Issue 3, page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
 #define APT_SCALE_LUT_SAMPLES_BPC101 APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** lut_samples on BPC102, in ms (page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
+/** lut_samples on BPC102, in ms (Issue 3, page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
 #define APT_SCALE_LUT_SAMPLES_BPC102 APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** lut_samples on BPC103, in ms (page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
+/** lut_samples on BPC103, in ms (Issue 3, page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
 #define APT_SCALE_LUT_SAMPLES_BPC103 APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** lut_samples on BPC201, in ms (page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
+/** lut_samples on BPC201, in ms (Issue 3, page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
 #define APT_SCALE_LUT_SAMPLES_BPC201 APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** lut_samples on BPC202, in ms (page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
+/** lut_samples on BPC202, in ms (Issue 3, page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
 #define APT_SCALE_LUT_SAMPLES_BPC202 APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** lut_samples on BPC203, in ms (page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
+/** lut_samples on BPC203, in ms (Issue 3, page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
 #define APT_SCALE_LUT_SAMPLES_BPC203 APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** lut_samples on BPC301, in ms (page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
+/** lut_samples on BPC301, in ms (Issue 3, page 109): ms_per_count 1; printed as “1kHz*1.0 ms)”. */
 #define APT_SCALE_LUT_SAMPLES_BPC301 APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** lut_samples on TPZ001, in ms (page 109): ms_per_count 1/4; printed as “4 kHz (0.25 ms)”. */
+/**
+ * lut_samples on TPZ001, in ms (Issue 3, page 109): ms_per_count 1/4; printed as “4 kHz (0.25 ms)”.
+ */
 #define APT_SCALE_LUT_SAMPLES_TPZ001 APT_BRACED(INT64_C(4), INT64_C(1))
 
 /**
- * Maximum output voltage in steps of 0.1 V, in V (page 121): v_per_count 1/10; printed as “1/10
- * volt steps”.
+ * Maximum output voltage in steps of 0.1 V, in V (Issue 3, page 121): v_per_count 1/10; printed as
+ * “1/10 volt steps”.
  */
 #define APT_SCALE_MAXIMUM_VOLTS APT_BRACED(INT64_C(10), INT64_C(1))
 
-/** Time in milliseconds, in ms (page 58): ms_per_count 1. */
+/** Time in microseconds, in us (Issue 37, page 146): us_per_count 1. */
+#define APT_SCALE_MICROSECONDS APT_BRACED(INT64_C(1), INT64_C(1))
+
+/** Time in milliseconds, in ms (Issue 3, page 58): ms_per_count 1. */
 #define APT_SCALE_MILLISECONDS APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** Time in servo cycles of 102.4 µs, in us (page 66): us_per_count 512/5; printed as “102.4”. */
+/** Time in minutes, in min (Issue 37, page 138): min_per_count 1. */
+#define APT_SCALE_MINUTES APT_BRACED(INT64_C(1), INT64_C(1))
+
+/** Current of the motor in steps of 1 mA, in mA (Issue 37, page 125): ma_per_count 1. */
+#define APT_SCALE_MOTOR_CURRENT APT_BRACED(INT64_C(1), INT64_C(1))
+
+/** Share in steps of 1 %, in percent (Issue 37, page 71): percent_per_count 1. */
+#define APT_SCALE_PERCENT APT_BRACED(INT64_C(1), INT64_C(1))
+
+/**
+ * Time in servo cycles of 102.4 µs, in us (Issue 3, page 66): us_per_count 512/5; printed as
+ * “102.4”.
+ */
 #define APT_SCALE_SERVO_CYCLES APT_BRACED(INT64_C(5), INT64_C(512))
 
 /**
- * Share of a full scale of 32767, in percent (page 64): counts_per_percent 32767/100; printed as “0
- * to 32767 (0 to 100%)”.
+ * Share of a full scale of 32767, in percent (Issue 3, page 64): counts_per_percent 32767/100;
+ * printed as “0 to 32767 (0 to 100%)”.
  */
 #define APT_SCALE_SHARE_32767 APT_BRACED(INT64_C(32767), INT64_C(100))
 
 /**
- * Share of a full scale of 65535, in percent (page 62): counts_per_percent 13107/20; printed as “0
- * is 0% and 65535 is 100%”.
+ * Share of a full scale of 65535, in percent (Issue 3, page 62): counts_per_percent 13107/20;
+ * printed as “0 is 0% and 65535 is 100%”.
  */
 #define APT_SCALE_SHARE_65535 APT_BRACED(INT64_C(13107), INT64_C(20))
 
-/** solenoid_time on TSC001, in ms (page 87): ms_per_count 1/4; printed as “250 μs”. */
+/** solenoid_time on TSC001, in ms (Issue 3, page 87): ms_per_count 1/4; printed as “250 μs”. */
 #define APT_SCALE_SOLENOID_TIME_TSC001 APT_BRACED(INT64_C(4), INT64_C(1))
 
+/** solenoid_time on KSC101, in ms (Issue 3, page 87): ms_per_count 1; printed as “1 ms”. */
+#define APT_SCALE_SOLENOID_TIME_KSC101 APT_BRACED(INT64_C(1), INT64_C(1))
+
 /*
- * strain_gauge_reading when display_mode is DISPUNITS_VOLTAGE, in V (page 129): no scale. The full
- * scale is the maximum output of a piezo driver, which a TSG001 does not have.
+ * strain_gauge_reading when display_mode is DISPUNITS_VOLTAGE, in V (Issue 3, page 129): no scale.
+ * The full scale is the maximum output of a piezo driver, which a TSG001 does not have.
  */
 
 /**
- * Maximum travel of a piezo actuator in steps of 100 nm, in um (page 118): um_per_count 1/10;
- * printed as “steps of 100nm”.
+ * Maximum travel of a piezo actuator in steps of 100 nm, in um (Issue 3, page 118): um_per_count
+ * 1/10; printed as “steps of 100nm”.
  */
 #define APT_SCALE_TRAVEL APT_BRACED(INT64_C(10), INT64_C(1))
 
-/** trigger_width on BPC201, in ms (page 110): ms_per_count 1; printed as “1ms increments”. */
+/**
+ * trigger_width on BPC201, in ms (Issue 3, page 110): ms_per_count 1; printed as “1ms increments”.
+ */
 #define APT_SCALE_TRIGGER_WIDTH_BPC201 APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** trigger_width on BPC202, in ms (page 110): ms_per_count 1; printed as “1ms increments”. */
+/**
+ * trigger_width on BPC202, in ms (Issue 3, page 110): ms_per_count 1; printed as “1ms increments”.
+ */
 #define APT_SCALE_TRIGGER_WIDTH_BPC202 APT_BRACED(INT64_C(1), INT64_C(1))
 
-/** trigger_width on BPC203, in ms (page 110): ms_per_count 1; printed as “1ms increments”. */
+/**
+ * trigger_width on BPC203, in ms (Issue 3, page 110): ms_per_count 1; printed as “1ms increments”.
+ */
 #define APT_SCALE_TRIGGER_WIDTH_BPC203 APT_BRACED(INT64_C(1), INT64_C(1))
+
+/* APT600_Pitch (APT600): pitch axis of an APT600 stage. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of APT600_Pitch on BSC10x, in deg (Issue 37, page 40): counts_per_deg 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Pitch Axis: 200 full
+ * steps per turn of 1 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_PITCH_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of APT600_Pitch on BSC10x, in deg/s (Issue 37, page 40): counts_per_deg_per_s 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Pitch Axis: 200
+ * full steps per turn of 1 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_PITCH_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of APT600_Pitch on BSC10x, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 25600; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Pitch
+ * Axis: 200 full steps per turn of 1 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_PITCH_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/* APT600_Roll (APT600): roll axis of an APT600 stage. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of APT600_Roll on BSC10x, in deg (Issue 37, page 40): counts_per_deg 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Roll Axis: 200 full
+ * steps per turn of 1 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_ROLL_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of APT600_Roll on BSC10x, in deg/s (Issue 37, page 40): counts_per_deg_per_s 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Roll Axis: 200
+ * full steps per turn of 1 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_ROLL_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of APT600_Roll on BSC10x, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 25600; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Roll
+ * Axis: 200 full steps per turn of 1 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_ROLL_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/* APT600_X (APT600): X axis of an APT600 stage. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of APT600_X on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L X Axis: 200 full steps
+ * per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_X_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of APT600_X on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L X Axis: 200 full steps
+ * per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_X_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of APT600_X on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L X Axis: 200 full
+ * steps per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_X_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/* APT600_Y (APT600): Y axis of an APT600 stage. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of APT600_Y on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Y Axis: 200 full steps
+ * per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_Y_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of APT600_Y on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Y Axis: 200 full steps
+ * per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_Y_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of APT600_Y on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Y Axis: 200 full
+ * steps per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_Y_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/* APT600_Yaw (APT600): yaw axis of an APT600 stage. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of APT600_Yaw on BSC10x, in deg (Issue 37, page 40): counts_per_deg 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Yaw Axis: 200 full steps
+ * per turn of 1 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_YAW_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of APT600_Yaw on BSC10x, in deg/s (Issue 37, page 40): counts_per_deg_per_s 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Yaw Axis: 200
+ * full steps per turn of 1 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_YAW_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of APT600_Yaw on BSC10x, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 25600; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Yaw Axis:
+ * 200 full steps per turn of 1 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_YAW_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/* APT600_Z (APT600): Z axis of an APT600 stage. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of APT600_Z on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Z Axis: 200 full steps
+ * per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_Z_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of APT600_Z on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Z Axis: 200 full steps
+ * per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_Z_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of APT600_Z on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, APT600R and APT600L Z Axis: 200 full
+ * steps per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_APT600_Z_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
 
 /*
  * APT_STEPPER: stage with a 1 mm pitch screw on an APT stepper controller. STEPPER: BSC001, BSC002,
@@ -384,43 +556,3074 @@ static inline apt_status apt_to_counts_int32(
  */
 
 /**
- * position of APT_STEPPER on STEPPER, in mm (page 77): counts_per_mm 25600; printed as “25,600
- * counts per mm”.
+ * position of APT_STEPPER on STEPPER, in mm (Issue 3, page 77): counts_per_mm 25600; printed as
+ * “25,600 counts per mm”.
  */
 #define APT_SCALE_APT_STEPPER_STEPPER_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
 
 /*
- * encoder_position of APT_STEPPER on STEPPER, in mm (page 77): no scale. It depends on the encoder
- * of the stage, and the document gives no figure.
+ * encoder_position of APT_STEPPER on STEPPER, in mm (Issue 3, page 77): no scale. It depends on the
+ * encoder of the stage, and the document gives no figure.
  */
 
 /*
  * APT_STEPPER: stage with a 1 mm pitch screw on an APT stepper controller. STEPPER_2048: KST101,
- * TST101, BSC201, BSC202, BSC203, MST602, K10CR1.
+ * KST201, TST101, BSC201, BSC202, BSC203, MST602.
  */
 
 /**
- * position of APT_STEPPER on STEPPER_2048, in mm (page 77): counts_per_mm 409600; source: Issue 37
- * of the document, page 41, stages with 1 mm per turn.
+ * position of APT_STEPPER on STEPPER_2048, in mm (Issue 3, page 77): counts_per_mm 409600; source:
+ * Issue 37 of the document, page 41, stages with 1 mm per turn.
  */
 #define APT_SCALE_APT_STEPPER_STEPPER_2048_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
 
 /*
- * encoder_position of APT_STEPPER on STEPPER_2048, in mm (page 77): no scale. It depends on the
- * encoder of the stage, and the document gives no figure.
+ * encoder_position of APT_STEPPER on STEPPER_2048, in mm (Issue 3, page 77): no scale. It depends
+ * on the encoder of the stage, and the document gives no figure.
  */
 
 /**
- * velocity of APT_STEPPER on STEPPER_2048, in mm/s (page 77): counts_per_mm_per_s 21987328; source:
- * Issue 37 of the document, page 41, stages with 1 mm per turn.
+ * velocity of APT_STEPPER on STEPPER_2048, in mm/s (Issue 3, page 77): counts_per_mm_per_s
+ * 21987328; source: Issue 37 of the document, page 41, stages with 1 mm per turn.
  */
 #define APT_SCALE_APT_STEPPER_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
 
 /**
- * acceleration of APT_STEPPER on STEPPER_2048, in mm/s^2 (page 77): counts_per_mm_per_s2 4506;
- * source: Issue 37 of the document, page 41, stages with 1 mm per turn.
+ * acceleration of APT_STEPPER on STEPPER_2048, in mm/s^2 (Issue 3, page 77): counts_per_mm_per_s2
+ * 4506; source: Issue 37 of the document, page 41, stages with 1 mm per turn.
  */
 #define APT_SCALE_APT_STEPPER_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(4506), INT64_C(1))
+
+/* CR1_Z6 (CR1-Z6): CR1-Z6 cage rotation mount. TDC001: TDC001. */
+
+/**
+ * position of CR1_Z6 on TDC001, in deg (Issue 37, page 39): counts_per_deg 8192/5; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z6: 48 x 256 counts per turn of 7.5
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z6_TDC001_POSITION APT_BRACED(INT64_C(8192), INT64_C(5))
+
+/**
+ * encoder_position of CR1_Z6 on TDC001, in deg (Issue 37, page 39): counts_per_deg 8192/5; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z6: 48 x 256 counts per turn of 7.5
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z6_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(8192), INT64_C(5))
+
+/**
+ * pot_velocity of CR1_Z6 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s 8192/5;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z6: 48 x 256 counts per turn of
+ * 7.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z6_TDC001_POT_VELOCITY APT_BRACED(INT64_C(8192), INT64_C(5))
+
+/**
+ * velocity of CR1_Z6 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 8589934592/234375; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z6: 48 x 256
+ * counts per turn of 7.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z6_TDC001_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(234375))
+
+/**
+ * acceleration of CR1_Z6 on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 137438953472/10986328125; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z6: 48
+ * x 256 counts per turn of 7.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z6_TDC001_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(10986328125))
+
+/* CR1_Z6 (CR1-Z6): CR1-Z6 cage rotation mount. KDC101: KDC101. */
+
+/**
+ * position of CR1_Z6 on KDC101, in deg (Issue 37, page 39): counts_per_deg 8192/5; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z6: 48 x 256 counts per turn of 7.5
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z6_KDC101_POSITION APT_BRACED(INT64_C(8192), INT64_C(5))
+
+/**
+ * encoder_position of CR1_Z6 on KDC101, in deg (Issue 37, page 39): counts_per_deg 8192/5; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z6: 48 x 256 counts per turn of 7.5
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z6_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(8192), INT64_C(5))
+
+/**
+ * pot_velocity of CR1_Z6 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s 8192/5;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z6: 48 x 256 counts per turn of
+ * 7.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z6_KDC101_POT_VELOCITY APT_BRACED(INT64_C(8192), INT64_C(5))
+
+/**
+ * velocity of CR1_Z6 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 8589934592/234375; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z6: 48 x 256
+ * counts per turn of 7.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z6_KDC101_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(234375))
+
+/**
+ * acceleration of CR1_Z6 on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 137438953472/10986328125; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z6: 48
+ * x 256 counts per turn of 7.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z6_KDC101_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(10986328125))
+
+/* CR1_Z7 (CR1-Z7): CR1-Z7 cage rotation mount. TDC001: TDC001. */
+
+/**
+ * position of CR1_Z7 on TDC001 according to document, which contradicts vendor, in deg (Issue 37,
+ * page 39): counts_per_deg 12288; printed as “12288”; note: the column is EncCnt per mm or per
+ * degree, and the row has no unit.
+ */
+#define APT_SCALE_CR1_Z7_TDC001_POSITION_DOCUMENT APT_BRACED(INT64_C(12288), INT64_C(1))
+
+/**
+ * position of CR1_Z7 on TDC001 according to vendor, which contradicts document, in deg (Issue 37,
+ * page 39): counts_per_deg 8192/5; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * CR1-Z7: 48 x 256 counts per turn of 7.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z7_TDC001_POSITION_VENDOR APT_BRACED(INT64_C(8192), INT64_C(5))
+
+/**
+ * velocity of CR1_Z7 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 8589934592/234375; printed as “36650.0”; note: the printed figure is that of 1638.4 counts per
+ * degree, not of 12288.
+ */
+#define APT_SCALE_CR1_Z7_TDC001_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(234375))
+
+/**
+ * acceleration of CR1_Z7 on TDC001 according to document, which contradicts vendor, in deg/s^2
+ * (Issue 37, page 39): counts_per_deg_per_s2 23819/250; printed as “95.276”; note: 12288 counts per
+ * degree would give 93.825.
+ */
+#define APT_SCALE_CR1_Z7_TDC001_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(23819), INT64_C(250))
+
+/**
+ * acceleration of CR1_Z7 on TDC001 according to vendor, which contradicts document, in deg/s^2
+ * (Issue 37, page 39): counts_per_deg_per_s2 137438953472/10986328125; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z7: 48 x 256 counts per turn of 7.5
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z7_TDC001_ACCELERATION_VENDOR \
+    APT_BRACED(INT64_C(137438953472), INT64_C(10986328125))
+
+/* CR1_Z7 (CR1-Z7): CR1-Z7 cage rotation mount. KDC101: KDC101. */
+
+/**
+ * position of CR1_Z7 on KDC101 according to document, which contradicts vendor, in deg (Issue 37,
+ * page 39): counts_per_deg 12288; printed as “12288”; note: the column is EncCnt per mm or per
+ * degree, and the row has no unit.
+ */
+#define APT_SCALE_CR1_Z7_KDC101_POSITION_DOCUMENT APT_BRACED(INT64_C(12288), INT64_C(1))
+
+/**
+ * position of CR1_Z7 on KDC101 according to vendor, which contradicts document, in deg (Issue 37,
+ * page 39): counts_per_deg 8192/5; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * CR1-Z7: 48 x 256 counts per turn of 7.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z7_KDC101_POSITION_VENDOR APT_BRACED(INT64_C(8192), INT64_C(5))
+
+/**
+ * velocity of CR1_Z7 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 8589934592/234375; printed as “36650.0”; note: the printed figure is that of 1638.4 counts per
+ * degree, not of 12288.
+ */
+#define APT_SCALE_CR1_Z7_KDC101_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(234375))
+
+/**
+ * acceleration of CR1_Z7 on KDC101 according to document, which contradicts vendor, in deg/s^2
+ * (Issue 37, page 39): counts_per_deg_per_s2 23819/250; printed as “95.276”; note: 12288 counts per
+ * degree would give 93.825.
+ */
+#define APT_SCALE_CR1_Z7_KDC101_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(23819), INT64_C(250))
+
+/**
+ * acceleration of CR1_Z7 on KDC101 according to vendor, which contradicts document, in deg/s^2
+ * (Issue 37, page 39): counts_per_deg_per_s2 137438953472/10986328125; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z7: 48 x 256 counts per turn of 7.5
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_CR1_Z7_KDC101_ACCELERATION_VENDOR \
+    APT_BRACED(INT64_C(137438953472), INT64_C(10986328125))
+
+/*
+ * DDR05 (DDR05/M): DDR05 rotation stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203.
+ */
+
+/**
+ * position of DDR05 on BBD10x, in deg (Issue 37, page 39): counts_per_deg 50000/9; printed as
+ * “5555.55”; evidence: vendor program; note: 2000000 counts per turn in the same row and in
+ * BBD_Stages.xml of the vendor.
+ */
+#define APT_SCALE_DDR05_BBD10X_POSITION APT_BRACED(INT64_C(50000), INT64_C(9))
+
+/** encoder_position of DDR05 on BBD10x, in deg (Issue 37, page 39): counts_per_deg 50000/9. */
+#define APT_SCALE_DDR05_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(50000), INT64_C(9))
+
+/**
+ * velocity of DDR05 on BBD10x, in deg/s (Issue 37, page 39): counts_per_deg_per_s 8388608/225;
+ * printed as “37282.7”.
+ */
+#define APT_SCALE_DDR05_BBD10X_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(225))
+
+/**
+ * acceleration of DDR05 on BBD10x, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 67108864/17578125; printed as “3.81775”.
+ */
+#define APT_SCALE_DDR05_BBD10X_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(17578125))
+
+/**
+ * jerk of DDR05 on BBD10x, in deg/s^3 (Issue 37, page 39): counts_per_deg_per_s3
+ * 35184372088832/1373291015625; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDR05_BBD10X_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(1373291015625))
+
+/**
+ * status_velocity of DDR05 on BBD10x, in deg/s (Issue 37, page 125): counts_per_deg_per_s 128/225.
+ */
+#define APT_SCALE_DDR05_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(225))
+
+/* DDR05 (DDR05/M): DDR05 rotation stage. KBD101: TBD001, KBD101. */
+
+/**
+ * position of DDR05 on KBD101, in deg (Issue 37, page 39): counts_per_deg 50000/9; printed as
+ * “5555.55”; evidence: vendor program; note: 2000000 counts per turn in the same row and in
+ * BBD_Stages.xml of the vendor.
+ */
+#define APT_SCALE_DDR05_KBD101_POSITION APT_BRACED(INT64_C(50000), INT64_C(9))
+
+/** encoder_position of DDR05 on KBD101, in deg (Issue 37, page 39): counts_per_deg 50000/9. */
+#define APT_SCALE_DDR05_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(50000), INT64_C(9))
+
+/**
+ * velocity of DDR05 on KBD101, in deg/s (Issue 37, page 39): counts_per_deg_per_s 8388608/225;
+ * printed as “37282.7”.
+ */
+#define APT_SCALE_DDR05_KBD101_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(225))
+
+/**
+ * acceleration of DDR05 on KBD101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 67108864/17578125; printed as “3.81775”.
+ */
+#define APT_SCALE_DDR05_KBD101_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(17578125))
+
+/**
+ * jerk of DDR05 on KBD101, in deg/s^3 (Issue 37, page 39): counts_per_deg_per_s3
+ * 35184372088832/1373291015625; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDR05_KBD101_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(1373291015625))
+
+/**
+ * status_velocity of DDR05 on KBD101, in deg/s (Issue 37, page 125): counts_per_deg_per_s 128/225.
+ */
+#define APT_SCALE_DDR05_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(225))
+
+/* DDR05 (DDR05/M): DDR05 rotation stage. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of DDR05 on BBD30x, in deg (Issue 37, page 39): counts_per_deg 50000/9; source: counts
+ * of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x; evidence:
+ * vendor program; note: 2000000 counts per turn in the same row and in BBD_Stages.xml of the
+ * vendor.
+ */
+#define APT_SCALE_DDR05_BBD30X_POSITION APT_BRACED(INT64_C(50000), INT64_C(9))
+
+/**
+ * encoder_position of DDR05 on BBD30x, in deg (Issue 37, page 39): counts_per_deg 50000/9; source:
+ * counts of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDR05_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(50000), INT64_C(9))
+
+/**
+ * velocity of DDR05 on BBD30x, in deg/s (Issue 37, page 39): counts_per_deg_per_s 8388608/225;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDR05_BBD30X_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(225))
+
+/**
+ * acceleration of DDR05 on BBD30x, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 67108864/17578125; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the
+ * BBD30x.
+ */
+#define APT_SCALE_DDR05_BBD30X_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(17578125))
+
+/**
+ * jerk of DDR05 on BBD30x, in deg/s^3 (Issue 37, page 39): counts_per_deg_per_s3
+ * 35184372088832/1373291015625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not
+ * name the BBD30x; the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDR05_BBD30X_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(1373291015625))
+
+/**
+ * status_velocity of DDR05 on BBD30x, in deg/s (Issue 37, page 39): counts_per_deg_per_s 128/225;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDR05_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(225))
+
+/*
+ * DDR100 (DDR100/M): DDR100 rotation stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203.
+ */
+
+/**
+ * position of DDR100 on BBD10x, in deg (Issue 37, page 39): counts_per_deg 81920/9; printed as
+ * “9102.22”; evidence: vendor program; note: 3276800 counts per turn in the same row and in
+ * BBD_Stages.xml of the vendor; github Thorlabs/Motion_Control_Examples, bbdeca5, Python/Serial
+ * Command/BBD30x_Serial_Command_pySerial.py: 5 degrees are 45511 counts.
+ */
+#define APT_SCALE_DDR100_BBD10X_POSITION APT_BRACED(INT64_C(81920), INT64_C(9))
+
+/** encoder_position of DDR100 on BBD10x, in deg (Issue 37, page 39): counts_per_deg 81920/9. */
+#define APT_SCALE_DDR100_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(81920), INT64_C(9))
+
+/**
+ * velocity of DDR100 on BBD10x, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 8589934592/140625; printed as “61083.98”.
+ */
+#define APT_SCALE_DDR100_BBD10X_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(140625))
+
+/**
+ * acceleration of DDR100 on BBD10x, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 68719476736/10986328125; printed as “6.255”.
+ */
+#define APT_SCALE_DDR100_BBD10X_ACCELERATION APT_BRACED(INT64_C(68719476736), INT64_C(10986328125))
+
+/**
+ * jerk of DDR100 on BBD10x, in deg/s^3 (Issue 37, page 39): counts_per_deg_per_s3
+ * 36028797018963968/858306884765625; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDR100_BBD10X_JERK \
+    APT_BRACED(INT64_C(36028797018963968), INT64_C(858306884765625))
+
+/**
+ * status_velocity of DDR100 on BBD10x, in deg/s (Issue 37, page 125): counts_per_deg_per_s
+ * 131072/140625.
+ */
+#define APT_SCALE_DDR100_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(131072), INT64_C(140625))
+
+/* DDR100 (DDR100/M): DDR100 rotation stage. KBD101: TBD001, KBD101. */
+
+/**
+ * position of DDR100 on KBD101, in deg (Issue 37, page 39): counts_per_deg 81920/9; printed as
+ * “9102.22”; evidence: vendor program; note: 3276800 counts per turn in the same row and in
+ * BBD_Stages.xml of the vendor; github Thorlabs/Motion_Control_Examples, bbdeca5, Python/Serial
+ * Command/BBD30x_Serial_Command_pySerial.py: 5 degrees are 45511 counts.
+ */
+#define APT_SCALE_DDR100_KBD101_POSITION APT_BRACED(INT64_C(81920), INT64_C(9))
+
+/** encoder_position of DDR100 on KBD101, in deg (Issue 37, page 39): counts_per_deg 81920/9. */
+#define APT_SCALE_DDR100_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(81920), INT64_C(9))
+
+/**
+ * velocity of DDR100 on KBD101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 8589934592/140625; printed as “61083.98”.
+ */
+#define APT_SCALE_DDR100_KBD101_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(140625))
+
+/**
+ * acceleration of DDR100 on KBD101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 68719476736/10986328125; printed as “6.255”.
+ */
+#define APT_SCALE_DDR100_KBD101_ACCELERATION APT_BRACED(INT64_C(68719476736), INT64_C(10986328125))
+
+/**
+ * jerk of DDR100 on KBD101, in deg/s^3 (Issue 37, page 39): counts_per_deg_per_s3
+ * 36028797018963968/858306884765625; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDR100_KBD101_JERK \
+    APT_BRACED(INT64_C(36028797018963968), INT64_C(858306884765625))
+
+/**
+ * status_velocity of DDR100 on KBD101, in deg/s (Issue 37, page 125): counts_per_deg_per_s
+ * 131072/140625.
+ */
+#define APT_SCALE_DDR100_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(131072), INT64_C(140625))
+
+/* DDR100 (DDR100/M): DDR100 rotation stage. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of DDR100 on BBD30x, in deg (Issue 37, page 39): counts_per_deg 81920/9; source: counts
+ * of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x; evidence:
+ * vendor program; note: 3276800 counts per turn in the same row and in BBD_Stages.xml of the
+ * vendor; github Thorlabs/Motion_Control_Examples, bbdeca5, Python/Serial
+ * Command/BBD30x_Serial_Command_pySerial.py: 5 degrees are 45511 counts.
+ */
+#define APT_SCALE_DDR100_BBD30X_POSITION APT_BRACED(INT64_C(81920), INT64_C(9))
+
+/**
+ * encoder_position of DDR100 on BBD30x, in deg (Issue 37, page 39): counts_per_deg 81920/9; source:
+ * counts of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDR100_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(81920), INT64_C(9))
+
+/**
+ * velocity of DDR100 on BBD30x, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 8589934592/140625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the
+ * BBD30x.
+ */
+#define APT_SCALE_DDR100_BBD30X_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(140625))
+
+/**
+ * acceleration of DDR100 on BBD30x, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 68719476736/10986328125; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name
+ * the BBD30x.
+ */
+#define APT_SCALE_DDR100_BBD30X_ACCELERATION APT_BRACED(INT64_C(68719476736), INT64_C(10986328125))
+
+/**
+ * jerk of DDR100 on BBD30x, in deg/s^3 (Issue 37, page 39): counts_per_deg_per_s3
+ * 36028797018963968/858306884765625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39
+ * does not name the BBD30x; the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDR100_BBD30X_JERK \
+    APT_BRACED(INT64_C(36028797018963968), INT64_C(858306884765625))
+
+/**
+ * status_velocity of DDR100 on BBD30x, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 131072/140625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the
+ * BBD30x.
+ */
+#define APT_SCALE_DDR100_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(131072), INT64_C(140625))
+
+/*
+ * DDR25 (DDR25/M): DDR25 rotation stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203.
+ */
+
+/**
+ * position of DDR25 on BBD10x, in deg (Issue 37, page 39): counts_per_deg 4000; printed as “4000”;
+ * evidence: vendor program; note: 1440000 counts per turn in the same row and in BBD_Stages.xml of
+ * the vendor.
+ */
+#define APT_SCALE_DDR25_BBD10X_POSITION APT_BRACED(INT64_C(4000), INT64_C(1))
+
+/** encoder_position of DDR25 on BBD10x, in deg (Issue 37, page 39): counts_per_deg 4000. */
+#define APT_SCALE_DDR25_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(4000), INT64_C(1))
+
+/**
+ * velocity of DDR25 on BBD10x, in deg/s (Issue 37, page 39): counts_per_deg_per_s 16777216/625;
+ * printed as “26843.5”.
+ */
+#define APT_SCALE_DDR25_BBD10X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(625))
+
+/**
+ * acceleration of DDR25 on BBD10x, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 134217728/48828125; printed as “2.74878”.
+ */
+#define APT_SCALE_DDR25_BBD10X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(48828125))
+
+/**
+ * jerk of DDR25 on BBD10x, in deg/s^3 (Issue 37, page 39): counts_per_deg_per_s3
+ * 70368744177664/3814697265625; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDR25_BBD10X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDR25 on BBD10x, in deg/s (Issue 37, page 125): counts_per_deg_per_s 256/625.
+ */
+#define APT_SCALE_DDR25_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(625))
+
+/* DDR25 (DDR25/M): DDR25 rotation stage. KBD101: TBD001, KBD101. */
+
+/**
+ * position of DDR25 on KBD101, in deg (Issue 37, page 39): counts_per_deg 4000; printed as “4000”;
+ * evidence: vendor program; note: 1440000 counts per turn in the same row and in BBD_Stages.xml of
+ * the vendor.
+ */
+#define APT_SCALE_DDR25_KBD101_POSITION APT_BRACED(INT64_C(4000), INT64_C(1))
+
+/** encoder_position of DDR25 on KBD101, in deg (Issue 37, page 39): counts_per_deg 4000. */
+#define APT_SCALE_DDR25_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(4000), INT64_C(1))
+
+/**
+ * velocity of DDR25 on KBD101, in deg/s (Issue 37, page 39): counts_per_deg_per_s 16777216/625;
+ * printed as “26843.5”.
+ */
+#define APT_SCALE_DDR25_KBD101_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(625))
+
+/**
+ * acceleration of DDR25 on KBD101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 134217728/48828125; printed as “2.74878”.
+ */
+#define APT_SCALE_DDR25_KBD101_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(48828125))
+
+/**
+ * jerk of DDR25 on KBD101, in deg/s^3 (Issue 37, page 39): counts_per_deg_per_s3
+ * 70368744177664/3814697265625; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDR25_KBD101_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDR25 on KBD101, in deg/s (Issue 37, page 125): counts_per_deg_per_s 256/625.
+ */
+#define APT_SCALE_DDR25_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(625))
+
+/* DDR25 (DDR25/M): DDR25 rotation stage. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of DDR25 on BBD30x, in deg (Issue 37, page 39): counts_per_deg 4000; source: counts of
+ * the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x; evidence:
+ * vendor program; note: 1440000 counts per turn in the same row and in BBD_Stages.xml of the
+ * vendor.
+ */
+#define APT_SCALE_DDR25_BBD30X_POSITION APT_BRACED(INT64_C(4000), INT64_C(1))
+
+/**
+ * encoder_position of DDR25 on BBD30x, in deg (Issue 37, page 39): counts_per_deg 4000; source:
+ * counts of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDR25_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(4000), INT64_C(1))
+
+/**
+ * velocity of DDR25 on BBD30x, in deg/s (Issue 37, page 39): counts_per_deg_per_s 16777216/625;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDR25_BBD30X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(625))
+
+/**
+ * acceleration of DDR25 on BBD30x, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 134217728/48828125; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the
+ * BBD30x.
+ */
+#define APT_SCALE_DDR25_BBD30X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(48828125))
+
+/**
+ * jerk of DDR25 on BBD30x, in deg/s^3 (Issue 37, page 39): counts_per_deg_per_s3
+ * 70368744177664/3814697265625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not
+ * name the BBD30x; the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDR25_BBD30X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDR25 on BBD30x, in deg/s (Issue 37, page 39): counts_per_deg_per_s 256/625;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDR25_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(625))
+
+/*
+ * DDS050 (DDS050/M): DDS050 linear stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203.
+ */
+
+/**
+ * position of DDS050 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_BBD10X_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * encoder_position of DDS050 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * velocity of DDS050 on BBD10x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8388608/625;
+ * source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_BBD10X_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * acceleration of DDS050 on BBD10x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 67108864/48828125; source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; evidence:
+ * vendor program.
+ */
+#define APT_SCALE_DDS050_BBD10X_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * jerk of DDS050 on BBD10x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 35184372088832/3814697265625; source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit;
+ * the formula that Issue 3 has for the MLS203; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_BBD10X_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDS050 on BBD10x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 128/625;
+ * source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(625))
+
+/* DDS050 (DDS050/M): DDS050 linear stage. KBD101: TBD001, KBD101. */
+
+/**
+ * position of DDS050 on KBD101, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_KBD101_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * encoder_position of DDS050 on KBD101, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * velocity of DDS050 on KBD101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8388608/625;
+ * source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_KBD101_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * acceleration of DDS050 on KBD101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 67108864/48828125; source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; evidence:
+ * vendor program.
+ */
+#define APT_SCALE_DDS050_KBD101_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * jerk of DDS050 on KBD101, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 35184372088832/3814697265625; source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit;
+ * the formula that Issue 3 has for the MLS203; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_KBD101_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDS050 on KBD101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 128/625;
+ * source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(625))
+
+/* DDS050 (DDS050/M): DDS050 linear stage. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of DDS050 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; counts of the encoder in the stage,
+ * as on page 39, which does not name the BBD30x; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_BBD30X_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * encoder_position of DDS050 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; counts of the encoder in the stage,
+ * as on page 39, which does not name the BBD30x; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * velocity of DDS050 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8388608/625;
+ * source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; Issue 37, page 108, one cycle
+ * of 102.4 µs; page 39 does not name the BBD30x; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_BBD30X_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * acceleration of DDS050 on BBD30x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 67108864/48828125; source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; Issue 37,
+ * page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_BBD30X_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * jerk of DDS050 on BBD30x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 35184372088832/3814697265625; source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit;
+ * Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x; the formula that
+ * Issue 3 has for the MLS203; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_BBD30X_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDS050 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 128/625;
+ * source: BBD_Stages.xml of the vendor, DDS050: 2000 counts per unit; Issue 37, page 108, one cycle
+ * of 102.4 µs; page 39 does not name the BBD30x; evidence: vendor program.
+ */
+#define APT_SCALE_DDS050_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(625))
+
+/*
+ * DDS100 (DDS100/M): DDS100 linear stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203.
+ */
+
+/**
+ * position of DDS100 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github amsikking/thorlabs_DDS100,
+ * 5ee72a6, thorlabs_DDS100.py, with a KBD101; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_DDS100_BBD10X_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * encoder_position of DDS100 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github amsikking/thorlabs_DDS100,
+ * 5ee72a6, thorlabs_DDS100.py, with a KBD101; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_DDS100_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * velocity of DDS100 on BBD10x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8388608/625;
+ * source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github
+ * amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; evidence: vendor program
+ * and independent driver.
+ */
+#define APT_SCALE_DDS100_BBD10X_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * acceleration of DDS100 on BBD10x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 67108864/48828125; source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github
+ * amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; evidence: vendor program
+ * and independent driver.
+ */
+#define APT_SCALE_DDS100_BBD10X_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * jerk of DDS100 on BBD10x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 35184372088832/3814697265625; source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit;
+ * github amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; the formula that
+ * Issue 3 has for the MLS203; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_DDS100_BBD10X_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDS100 on BBD10x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 128/625;
+ * source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github
+ * amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; evidence: vendor program
+ * and independent driver.
+ */
+#define APT_SCALE_DDS100_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(625))
+
+/* DDS100 (DDS100/M): DDS100 linear stage. KBD101: TBD001, KBD101. */
+
+/**
+ * position of DDS100 on KBD101, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github amsikking/thorlabs_DDS100,
+ * 5ee72a6, thorlabs_DDS100.py, with a KBD101; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_DDS100_KBD101_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * encoder_position of DDS100 on KBD101, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github amsikking/thorlabs_DDS100,
+ * 5ee72a6, thorlabs_DDS100.py, with a KBD101; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_DDS100_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * velocity of DDS100 on KBD101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8388608/625;
+ * source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github
+ * amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; evidence: vendor program
+ * and independent driver.
+ */
+#define APT_SCALE_DDS100_KBD101_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * acceleration of DDS100 on KBD101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 67108864/48828125; source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github
+ * amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; evidence: vendor program
+ * and independent driver.
+ */
+#define APT_SCALE_DDS100_KBD101_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * jerk of DDS100 on KBD101, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 35184372088832/3814697265625; source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit;
+ * github amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; the formula that
+ * Issue 3 has for the MLS203; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_DDS100_KBD101_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDS100 on KBD101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 128/625;
+ * source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github
+ * amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; evidence: vendor program
+ * and independent driver.
+ */
+#define APT_SCALE_DDS100_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(625))
+
+/* DDS100 (DDS100/M): DDS100 linear stage. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of DDS100 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github amsikking/thorlabs_DDS100,
+ * 5ee72a6, thorlabs_DDS100.py, with a KBD101; counts of the encoder in the stage, as on page 39 of
+ * Issue 37, which does not name the BBD30x; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_DDS100_BBD30X_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * encoder_position of DDS100 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github amsikking/thorlabs_DDS100,
+ * 5ee72a6, thorlabs_DDS100.py, with a KBD101; counts of the encoder in the stage, as on page 39 of
+ * Issue 37, which does not name the BBD30x; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_DDS100_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * velocity of DDS100 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8388608/625;
+ * source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github
+ * amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; Issue 37, page 108, one
+ * cycle of 102.4 µs; page 39 does not name the BBD30x; evidence: vendor program and independent
+ * driver.
+ */
+#define APT_SCALE_DDS100_BBD30X_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * acceleration of DDS100 on BBD30x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 67108864/48828125; source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github
+ * amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; Issue 37, page 108, one
+ * cycle of 102.4 µs; page 39 does not name the BBD30x; evidence: vendor program and independent
+ * driver.
+ */
+#define APT_SCALE_DDS100_BBD30X_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * jerk of DDS100 on BBD30x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 35184372088832/3814697265625; source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit;
+ * github amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; Issue 37, page 108,
+ * one cycle of 102.4 µs; page 39 does not name the BBD30x; the formula that Issue 3 has for the
+ * MLS203; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_DDS100_BBD30X_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDS100 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 128/625;
+ * source: BBD_Stages.xml of the vendor, DDS100: 2000 counts per unit; github
+ * amsikking/thorlabs_DDS100, 5ee72a6, thorlabs_DDS100.py, with a KBD101; Issue 37, page 108, one
+ * cycle of 102.4 µs; page 39 does not name the BBD30x; evidence: vendor program and independent
+ * driver.
+ */
+#define APT_SCALE_DDS100_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(625))
+
+/*
+ * DDS220 (DDS220/M): DDS220 linear stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203.
+ */
+
+/**
+ * position of DDS220 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 20000; printed as “20000”.
+ */
+#define APT_SCALE_DDS220_BBD10X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/** encoder_position of DDS220 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 20000. */
+#define APT_SCALE_DDS220_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDS220 on BBD10x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * printed as “134217.73”.
+ */
+#define APT_SCALE_DDS220_BBD10X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDS220 on BBD10x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.744”.
+ */
+#define APT_SCALE_DDS220_BBD10X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDS220 on BBD10x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDS220_BBD10X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDS220 on BBD10x, in mm/s (Issue 37, page 125): counts_per_mm_per_s 256/125.
+ */
+#define APT_SCALE_DDS220_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* DDS220 (DDS220/M): DDS220 linear stage. KBD101: TBD001, KBD101. */
+
+/**
+ * position of DDS220 on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000; printed as “20000”.
+ */
+#define APT_SCALE_DDS220_KBD101_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/** encoder_position of DDS220 on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000. */
+#define APT_SCALE_DDS220_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDS220 on KBD101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * printed as “134217.73”.
+ */
+#define APT_SCALE_DDS220_KBD101_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDS220 on KBD101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.744”.
+ */
+#define APT_SCALE_DDS220_KBD101_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDS220 on KBD101, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDS220_KBD101_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDS220 on KBD101, in mm/s (Issue 37, page 125): counts_per_mm_per_s 256/125.
+ */
+#define APT_SCALE_DDS220_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* DDS220 (DDS220/M): DDS220 linear stage. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of DDS220 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 20000; source: counts of
+ * the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDS220_BBD30X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * encoder_position of DDS220 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 20000; source:
+ * counts of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDS220_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDS220 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDS220_BBD30X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDS220 on BBD30x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the
+ * BBD30x.
+ */
+#define APT_SCALE_DDS220_BBD30X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDS220 on BBD30x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not
+ * name the BBD30x; the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDS220_BBD30X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDS220 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 256/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDS220_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/*
+ * DDS300 (DDS300/M): DDS300 linear stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203.
+ */
+
+/**
+ * position of DDS300 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 20000; printed as “20000”.
+ */
+#define APT_SCALE_DDS300_BBD10X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/** encoder_position of DDS300 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 20000. */
+#define APT_SCALE_DDS300_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDS300 on BBD10x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * printed as “134217.73”.
+ */
+#define APT_SCALE_DDS300_BBD10X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDS300 on BBD10x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.744”.
+ */
+#define APT_SCALE_DDS300_BBD10X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDS300 on BBD10x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDS300_BBD10X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDS300 on BBD10x, in mm/s (Issue 37, page 125): counts_per_mm_per_s 256/125.
+ */
+#define APT_SCALE_DDS300_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* DDS300 (DDS300/M): DDS300 linear stage. KBD101: TBD001, KBD101. */
+
+/**
+ * position of DDS300 on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000; printed as “20000”.
+ */
+#define APT_SCALE_DDS300_KBD101_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/** encoder_position of DDS300 on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000. */
+#define APT_SCALE_DDS300_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDS300 on KBD101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * printed as “134217.73”.
+ */
+#define APT_SCALE_DDS300_KBD101_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDS300 on KBD101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.744”.
+ */
+#define APT_SCALE_DDS300_KBD101_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDS300 on KBD101, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDS300_KBD101_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDS300 on KBD101, in mm/s (Issue 37, page 125): counts_per_mm_per_s 256/125.
+ */
+#define APT_SCALE_DDS300_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* DDS300 (DDS300/M): DDS300 linear stage. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of DDS300 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 20000; source: counts of
+ * the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDS300_BBD30X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * encoder_position of DDS300 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 20000; source:
+ * counts of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDS300_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDS300 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDS300_BBD30X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDS300 on BBD30x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the
+ * BBD30x.
+ */
+#define APT_SCALE_DDS300_BBD30X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDS300 on BBD30x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not
+ * name the BBD30x; the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDS300_BBD30X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDS300 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 256/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDS300_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/*
+ * DDS600 (DDS600/M): DDS600 linear stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203.
+ */
+
+/**
+ * position of DDS600 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 20000; printed as “20000”.
+ */
+#define APT_SCALE_DDS600_BBD10X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/** encoder_position of DDS600 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 20000. */
+#define APT_SCALE_DDS600_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDS600 on BBD10x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * printed as “134217.73”.
+ */
+#define APT_SCALE_DDS600_BBD10X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDS600 on BBD10x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.744”.
+ */
+#define APT_SCALE_DDS600_BBD10X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDS600 on BBD10x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDS600_BBD10X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDS600 on BBD10x, in mm/s (Issue 37, page 125): counts_per_mm_per_s 256/125.
+ */
+#define APT_SCALE_DDS600_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* DDS600 (DDS600/M): DDS600 linear stage. KBD101: TBD001, KBD101. */
+
+/**
+ * position of DDS600 on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000; printed as “20000”.
+ */
+#define APT_SCALE_DDS600_KBD101_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/** encoder_position of DDS600 on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000. */
+#define APT_SCALE_DDS600_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDS600 on KBD101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * printed as “134217.73”.
+ */
+#define APT_SCALE_DDS600_KBD101_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDS600 on KBD101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.744”.
+ */
+#define APT_SCALE_DDS600_KBD101_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDS600 on KBD101, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDS600_KBD101_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDS600 on KBD101, in mm/s (Issue 37, page 125): counts_per_mm_per_s 256/125.
+ */
+#define APT_SCALE_DDS600_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* DDS600 (DDS600/M): DDS600 linear stage. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of DDS600 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 20000; source: counts of
+ * the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDS600_BBD30X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * encoder_position of DDS600 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 20000; source:
+ * counts of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDS600_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDS600 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDS600_BBD30X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDS600 on BBD30x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the
+ * BBD30x.
+ */
+#define APT_SCALE_DDS600_BBD30X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDS600 on BBD30x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not
+ * name the BBD30x; the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDS600_BBD30X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDS600 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 256/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDS600_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/*
+ * DDSM100 (DDSM100/M): DDSM100 linear stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202,
+ * BBD203.
+ */
+
+/**
+ * position of DDSM100 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 2000; printed as “2000”;
+ * evidence: vendor program; note: also in github Thorlabs/Motion_Control_Examples, bbdeca5,
+ * Python/Serial Command/kbd101_triggering_serial.py: 5 mm are 10000 counts.
+ */
+#define APT_SCALE_DDSM100_BBD10X_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/** encoder_position of DDSM100 on BBD10x, in mm (Issue 37, page 39): counts_per_mm 2000. */
+#define APT_SCALE_DDSM100_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * velocity of DDSM100 on BBD10x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8388608/625;
+ * printed as “13421.77”.
+ */
+#define APT_SCALE_DDSM100_BBD10X_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * acceleration of DDSM100 on BBD10x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 67108864/48828125; printed as “1.374”.
+ */
+#define APT_SCALE_DDSM100_BBD10X_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * jerk of DDSM100 on BBD10x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 35184372088832/3814697265625; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDSM100_BBD10X_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDSM100 on BBD10x, in mm/s (Issue 37, page 125): counts_per_mm_per_s 128/625.
+ */
+#define APT_SCALE_DDSM100_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(625))
+
+/* DDSM100 (DDSM100/M): DDSM100 linear stage. KBD101: TBD001, KBD101. */
+
+/**
+ * position of DDSM100 on KBD101, in mm (Issue 37, page 39): counts_per_mm 2000; printed as “2000”;
+ * evidence: vendor program; note: also in github Thorlabs/Motion_Control_Examples, bbdeca5,
+ * Python/Serial Command/kbd101_triggering_serial.py: 5 mm are 10000 counts.
+ */
+#define APT_SCALE_DDSM100_KBD101_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/** encoder_position of DDSM100 on KBD101, in mm (Issue 37, page 39): counts_per_mm 2000. */
+#define APT_SCALE_DDSM100_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * velocity of DDSM100 on KBD101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8388608/625;
+ * printed as “13421.77”.
+ */
+#define APT_SCALE_DDSM100_KBD101_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * acceleration of DDSM100 on KBD101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 67108864/48828125; printed as “1.374”.
+ */
+#define APT_SCALE_DDSM100_KBD101_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * jerk of DDSM100 on KBD101, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 35184372088832/3814697265625; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDSM100_KBD101_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDSM100 on KBD101, in mm/s (Issue 37, page 125): counts_per_mm_per_s 128/625.
+ */
+#define APT_SCALE_DDSM100_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(625))
+
+/* DDSM100 (DDSM100/M): DDSM100 linear stage. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of DDSM100 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 2000; source: counts of
+ * the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x; evidence:
+ * vendor program; note: also in github Thorlabs/Motion_Control_Examples, bbdeca5, Python/Serial
+ * Command/kbd101_triggering_serial.py: 5 mm are 10000 counts.
+ */
+#define APT_SCALE_DDSM100_BBD30X_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * encoder_position of DDSM100 on BBD30x, in mm (Issue 37, page 39): counts_per_mm 2000; source:
+ * counts of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDSM100_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * velocity of DDSM100 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8388608/625;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDSM100_BBD30X_VELOCITY APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * acceleration of DDSM100 on BBD30x, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 67108864/48828125; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the
+ * BBD30x.
+ */
+#define APT_SCALE_DDSM100_BBD30X_ACCELERATION APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * jerk of DDSM100 on BBD30x, in mm/s^3 (Issue 37, page 39): counts_per_mm_per_s3
+ * 35184372088832/3814697265625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not
+ * name the BBD30x; the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_DDSM100_BBD30X_JERK APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * status_velocity of DDSM100 on BBD30x, in mm/s (Issue 37, page 39): counts_per_mm_per_s 128/625;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDSM100_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(128), INT64_C(625))
+
+/*
+ * DDSM50 (DDSM50/M): DDSM50 linear stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203.
+ */
+
+/**
+ * position of DDSM50 on BBD10x according to document, which contradicts vendor, in mm (Issue 37,
+ * page 39): counts_per_mm 2000; printed as “2000”.
+ */
+#define APT_SCALE_DDSM50_BBD10X_POSITION_DOCUMENT APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * position of DDSM50 on BBD10x according to vendor, which contradicts document, in mm (Issue 37,
+ * page 39): counts_per_mm 20000; source: BBD_Stages.xml of the vendor, DDSM50: 20000 counts per
+ * unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD10X_POSITION_VENDOR APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * encoder_position of DDSM50 on BBD10x according to document, which contradicts vendor, in mm
+ * (Issue 37, page 39): counts_per_mm 2000.
+ */
+#define APT_SCALE_DDSM50_BBD10X_ENCODER_POSITION_DOCUMENT APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * encoder_position of DDSM50 on BBD10x according to vendor, which contradicts document, in mm
+ * (Issue 37, page 39): counts_per_mm 20000; source: BBD_Stages.xml of the vendor, DDSM50: 20000
+ * counts per unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD10X_ENCODER_POSITION_VENDOR APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDSM50 on BBD10x according to document, which contradicts vendor, in mm/s (Issue 37,
+ * page 39): counts_per_mm_per_s 8388608/625; printed as “13421.77”.
+ */
+#define APT_SCALE_DDSM50_BBD10X_VELOCITY_DOCUMENT APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * velocity of DDSM50 on BBD10x according to vendor, which contradicts document, in mm/s (Issue 37,
+ * page 39): counts_per_mm_per_s 16777216/125; source: BBD_Stages.xml of the vendor, DDSM50: 20000
+ * counts per unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD10X_VELOCITY_VENDOR APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDSM50 on BBD10x according to document, which contradicts vendor, in mm/s^2
+ * (Issue 37, page 39): counts_per_mm_per_s2 67108864/48828125; printed as “1.374”.
+ */
+#define APT_SCALE_DDSM50_BBD10X_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * acceleration of DDSM50 on BBD10x according to vendor, which contradicts document, in mm/s^2
+ * (Issue 37, page 39): counts_per_mm_per_s2 134217728/9765625; source: BBD_Stages.xml of the
+ * vendor, DDSM50: 20000 counts per unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD10X_ACCELERATION_VENDOR APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDSM50 on BBD10x according to document, which contradicts vendor, in mm/s^3 (Issue 37,
+ * page 39): counts_per_mm_per_s3 35184372088832/3814697265625.
+ */
+#define APT_SCALE_DDSM50_BBD10X_JERK_DOCUMENT \
+    APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * jerk of DDSM50 on BBD10x according to vendor, which contradicts document, in mm/s^3 (Issue 37,
+ * page 39): counts_per_mm_per_s3 70368744177664/762939453125; source: BBD_Stages.xml of the vendor,
+ * DDSM50: 20000 counts per unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD10X_JERK_VENDOR \
+    APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDSM50 on BBD10x according to document, which contradicts vendor, in mm/s
+ * (Issue 37, page 39): counts_per_mm_per_s 128/625.
+ */
+#define APT_SCALE_DDSM50_BBD10X_STATUS_VELOCITY_DOCUMENT APT_BRACED(INT64_C(128), INT64_C(625))
+
+/**
+ * status_velocity of DDSM50 on BBD10x according to vendor, which contradicts document, in mm/s
+ * (Issue 37, page 39): counts_per_mm_per_s 256/125; source: BBD_Stages.xml of the vendor, DDSM50:
+ * 20000 counts per unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD10X_STATUS_VELOCITY_VENDOR APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* DDSM50 (DDSM50/M): DDSM50 linear stage. KBD101: TBD001, KBD101. */
+
+/**
+ * position of DDSM50 on KBD101 according to document, which contradicts vendor, in mm (Issue 37,
+ * page 39): counts_per_mm 2000; printed as “2000”.
+ */
+#define APT_SCALE_DDSM50_KBD101_POSITION_DOCUMENT APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * position of DDSM50 on KBD101 according to vendor, which contradicts document, in mm (Issue 37,
+ * page 39): counts_per_mm 20000; source: BBD_Stages.xml of the vendor, DDSM50: 20000 counts per
+ * unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_KBD101_POSITION_VENDOR APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * encoder_position of DDSM50 on KBD101 according to document, which contradicts vendor, in mm
+ * (Issue 37, page 39): counts_per_mm 2000.
+ */
+#define APT_SCALE_DDSM50_KBD101_ENCODER_POSITION_DOCUMENT APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * encoder_position of DDSM50 on KBD101 according to vendor, which contradicts document, in mm
+ * (Issue 37, page 39): counts_per_mm 20000; source: BBD_Stages.xml of the vendor, DDSM50: 20000
+ * counts per unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_KBD101_ENCODER_POSITION_VENDOR APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDSM50 on KBD101 according to document, which contradicts vendor, in mm/s (Issue 37,
+ * page 39): counts_per_mm_per_s 8388608/625; printed as “13421.77”.
+ */
+#define APT_SCALE_DDSM50_KBD101_VELOCITY_DOCUMENT APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * velocity of DDSM50 on KBD101 according to vendor, which contradicts document, in mm/s (Issue 37,
+ * page 39): counts_per_mm_per_s 16777216/125; source: BBD_Stages.xml of the vendor, DDSM50: 20000
+ * counts per unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_KBD101_VELOCITY_VENDOR APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDSM50 on KBD101 according to document, which contradicts vendor, in mm/s^2
+ * (Issue 37, page 39): counts_per_mm_per_s2 67108864/48828125; printed as “1.374”.
+ */
+#define APT_SCALE_DDSM50_KBD101_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * acceleration of DDSM50 on KBD101 according to vendor, which contradicts document, in mm/s^2
+ * (Issue 37, page 39): counts_per_mm_per_s2 134217728/9765625; source: BBD_Stages.xml of the
+ * vendor, DDSM50: 20000 counts per unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_KBD101_ACCELERATION_VENDOR APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDSM50 on KBD101 according to document, which contradicts vendor, in mm/s^3 (Issue 37,
+ * page 39): counts_per_mm_per_s3 35184372088832/3814697265625.
+ */
+#define APT_SCALE_DDSM50_KBD101_JERK_DOCUMENT \
+    APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * jerk of DDSM50 on KBD101 according to vendor, which contradicts document, in mm/s^3 (Issue 37,
+ * page 39): counts_per_mm_per_s3 70368744177664/762939453125; source: BBD_Stages.xml of the vendor,
+ * DDSM50: 20000 counts per unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_KBD101_JERK_VENDOR \
+    APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDSM50 on KBD101 according to document, which contradicts vendor, in mm/s
+ * (Issue 37, page 39): counts_per_mm_per_s 128/625.
+ */
+#define APT_SCALE_DDSM50_KBD101_STATUS_VELOCITY_DOCUMENT APT_BRACED(INT64_C(128), INT64_C(625))
+
+/**
+ * status_velocity of DDSM50 on KBD101 according to vendor, which contradicts document, in mm/s
+ * (Issue 37, page 39): counts_per_mm_per_s 256/125; source: BBD_Stages.xml of the vendor, DDSM50:
+ * 20000 counts per unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_KBD101_STATUS_VELOCITY_VENDOR APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* DDSM50 (DDSM50/M): DDSM50 linear stage. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of DDSM50 on BBD30x according to document, which contradicts vendor, in mm (Issue 37,
+ * page 39): counts_per_mm 2000; source: counts of the encoder in the stage, as on page 39 of Issue
+ * 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDSM50_BBD30X_POSITION_DOCUMENT APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * position of DDSM50 on BBD30x according to vendor, which contradicts document, in mm (Issue 37,
+ * page 39): counts_per_mm 20000; source: BBD_Stages.xml of the vendor, DDSM50: 20000 counts per
+ * unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD30X_POSITION_VENDOR APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * encoder_position of DDSM50 on BBD30x according to document, which contradicts vendor, in mm
+ * (Issue 37, page 39): counts_per_mm 2000; source: counts of the encoder in the stage, as on page
+ * 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_DDSM50_BBD30X_ENCODER_POSITION_DOCUMENT APT_BRACED(INT64_C(2000), INT64_C(1))
+
+/**
+ * encoder_position of DDSM50 on BBD30x according to vendor, which contradicts document, in mm
+ * (Issue 37, page 39): counts_per_mm 20000; source: BBD_Stages.xml of the vendor, DDSM50: 20000
+ * counts per unit, 1000000 counts of travel; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD30X_ENCODER_POSITION_VENDOR APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of DDSM50 on BBD30x according to document, which contradicts vendor, in mm/s (Issue 37,
+ * page 39): counts_per_mm_per_s 8388608/625; source: Issue 37, page 108, one cycle of 102.4 µs;
+ * page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDSM50_BBD30X_VELOCITY_DOCUMENT APT_BRACED(INT64_C(8388608), INT64_C(625))
+
+/**
+ * velocity of DDSM50 on BBD30x according to vendor, which contradicts document, in mm/s (Issue 37,
+ * page 39): counts_per_mm_per_s 16777216/125; source: BBD_Stages.xml of the vendor, DDSM50: 20000
+ * counts per unit, 1000000 counts of travel; Issue 37, page 108, one cycle of 102.4 µs; page 39
+ * does not name the BBD30x; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD30X_VELOCITY_VENDOR APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of DDSM50 on BBD30x according to document, which contradicts vendor, in mm/s^2
+ * (Issue 37, page 39): counts_per_mm_per_s2 67108864/48828125; source: Issue 37, page 108, one
+ * cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDSM50_BBD30X_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+
+/**
+ * acceleration of DDSM50 on BBD30x according to vendor, which contradicts document, in mm/s^2
+ * (Issue 37, page 39): counts_per_mm_per_s2 134217728/9765625; source: BBD_Stages.xml of the
+ * vendor, DDSM50: 20000 counts per unit, 1000000 counts of travel; Issue 37, page 108, one cycle of
+ * 102.4 µs; page 39 does not name the BBD30x; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD30X_ACCELERATION_VENDOR APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of DDSM50 on BBD30x according to document, which contradicts vendor, in mm/s^3 (Issue 37,
+ * page 39): counts_per_mm_per_s3 35184372088832/3814697265625; source: Issue 37, page 108, one
+ * cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDSM50_BBD30X_JERK_DOCUMENT \
+    APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+
+/**
+ * jerk of DDSM50 on BBD30x according to vendor, which contradicts document, in mm/s^3 (Issue 37,
+ * page 39): counts_per_mm_per_s3 70368744177664/762939453125; source: BBD_Stages.xml of the vendor,
+ * DDSM50: 20000 counts per unit, 1000000 counts of travel; Issue 37, page 108, one cycle of 102.4
+ * µs; page 39 does not name the BBD30x; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD30X_JERK_VENDOR \
+    APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of DDSM50 on BBD30x according to document, which contradicts vendor, in mm/s
+ * (Issue 37, page 39): counts_per_mm_per_s 128/625; source: Issue 37, page 108, one cycle of 102.4
+ * µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_DDSM50_BBD30X_STATUS_VELOCITY_DOCUMENT APT_BRACED(INT64_C(128), INT64_C(625))
+
+/**
+ * status_velocity of DDSM50 on BBD30x according to vendor, which contradicts document, in mm/s
+ * (Issue 37, page 39): counts_per_mm_per_s 256/125; source: BBD_Stages.xml of the vendor, DDSM50:
+ * 20000 counts per unit, 1000000 counts of travel; Issue 37, page 108, one cycle of 102.4 µs; page
+ * 39 does not name the BBD30x; evidence: vendor program.
+ */
+#define APT_SCALE_DDSM50_BBD30X_STATUS_VELOCITY_VENDOR APT_BRACED(INT64_C(256), INT64_C(125))
+
+/*
+ * DRV001 (17DRV001): DRV001 stepper actuator, 0.5 mm per turn. STEPPER_128: BSC001, BSC002, BSC101,
+ * BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of DRV001 on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 51200; printed as
+ * “51200”.
+ */
+#define APT_SCALE_DRV001_STEPPER_128_POSITION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * velocity of DRV001 on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 51200;
+ * printed as “51200”.
+ */
+#define APT_SCALE_DRV001_STEPPER_128_VELOCITY APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * acceleration of DRV001 on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 51200;
+ * printed as “51200”.
+ */
+#define APT_SCALE_DRV001_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/*
+ * DRV001 (17DRV001): DRV001 stepper actuator, 0.5 mm per turn. STEPPER_2048: KST101, KST201,
+ * TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of DRV001 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 819200; printed as
+ * “819200”.
+ */
+#define APT_SCALE_DRV001_STEPPER_2048_POSITION APT_BRACED(INT64_C(819200), INT64_C(1))
+
+/**
+ * velocity of DRV001 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 43974656;
+ * printed as “43974656”.
+ */
+#define APT_SCALE_DRV001_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(43974656), INT64_C(1))
+
+/**
+ * acceleration of DRV001 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 8192000/909; printed as “9012”.
+ */
+#define APT_SCALE_DRV001_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(8192000), INT64_C(909))
+
+/*
+ * DRV013 (17DRV013): DRV013 stepper actuator, 1 mm per turn. STEPPER_128: BSC001, BSC002, BSC101,
+ * BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of DRV013 on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 25600; printed as
+ * “25600”.
+ */
+#define APT_SCALE_DRV013_STEPPER_128_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of DRV013 on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600;
+ * printed as “25600”.
+ */
+#define APT_SCALE_DRV013_STEPPER_128_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of DRV013 on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * printed as “25600”.
+ */
+#define APT_SCALE_DRV013_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * DRV013 (17DRV013): DRV013 stepper actuator, 1 mm per turn. STEPPER_2048: KST101, KST201, TST101,
+ * BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of DRV013 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 409600; printed as
+ * “409600”.
+ */
+#define APT_SCALE_DRV013_STEPPER_2048_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of DRV013 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328;
+ * printed as “21987328”.
+ */
+#define APT_SCALE_DRV013_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of DRV013 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 4096000/909; printed as “4506”.
+ */
+#define APT_SCALE_DRV013_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * DRV014 (17DRV014): DRV014 stepper actuator, 1 mm per turn. STEPPER_128: BSC001, BSC002, BSC101,
+ * BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of DRV014 on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 25600; printed as
+ * “25600”.
+ */
+#define APT_SCALE_DRV014_STEPPER_128_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of DRV014 on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600;
+ * printed as “25600”.
+ */
+#define APT_SCALE_DRV014_STEPPER_128_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of DRV014 on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * printed as “25600”.
+ */
+#define APT_SCALE_DRV014_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * DRV014 (17DRV014): DRV014 stepper actuator, 1 mm per turn. STEPPER_2048: KST101, KST201, TST101,
+ * BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of DRV014 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 409600; printed as
+ * “409600”.
+ */
+#define APT_SCALE_DRV014_STEPPER_2048_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of DRV014 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328;
+ * printed as “21987328”.
+ */
+#define APT_SCALE_DRV014_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of DRV014 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 4096000/909; printed as “4506”.
+ */
+#define APT_SCALE_DRV014_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * DRV113 (17DRV113): DRV113 stepper actuator, 1.25 mm per turn. STEPPER_128: BSC001, BSC002,
+ * BSC101, BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of DRV113 on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 20480; printed as
+ * “20480”.
+ */
+#define APT_SCALE_DRV113_STEPPER_128_POSITION APT_BRACED(INT64_C(20480), INT64_C(1))
+
+/**
+ * velocity of DRV113 on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 20480;
+ * printed as “20480”.
+ */
+#define APT_SCALE_DRV113_STEPPER_128_VELOCITY APT_BRACED(INT64_C(20480), INT64_C(1))
+
+/**
+ * acceleration of DRV113 on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 20480;
+ * printed as “20480”.
+ */
+#define APT_SCALE_DRV113_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(20480), INT64_C(1))
+
+/*
+ * DRV113 (17DRV113): DRV113 stepper actuator, 1.25 mm per turn. STEPPER_2048: KST101, KST201,
+ * TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of DRV113 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 327680; printed as
+ * “327680”.
+ */
+#define APT_SCALE_DRV113_STEPPER_2048_POSITION APT_BRACED(INT64_C(327680), INT64_C(1))
+
+/**
+ * velocity of DRV113 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 87949312/5;
+ * printed as “17589862”.
+ */
+#define APT_SCALE_DRV113_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(87949312), INT64_C(5))
+
+/**
+ * acceleration of DRV113 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 3276800/909; printed as “3605”.
+ */
+#define APT_SCALE_DRV113_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(3276800), INT64_C(909))
+
+/*
+ * DRV114 (17DRV114): DRV114 stepper actuator, 1.25 mm per turn. STEPPER_128: BSC001, BSC002,
+ * BSC101, BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of DRV114 on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 20480; printed as
+ * “20480”.
+ */
+#define APT_SCALE_DRV114_STEPPER_128_POSITION APT_BRACED(INT64_C(20480), INT64_C(1))
+
+/**
+ * velocity of DRV114 on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 20480;
+ * printed as “20480”.
+ */
+#define APT_SCALE_DRV114_STEPPER_128_VELOCITY APT_BRACED(INT64_C(20480), INT64_C(1))
+
+/**
+ * acceleration of DRV114 on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 20480;
+ * printed as “20480”.
+ */
+#define APT_SCALE_DRV114_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(20480), INT64_C(1))
+
+/*
+ * DRV114 (17DRV114): DRV114 stepper actuator, 1.25 mm per turn. STEPPER_2048: KST101, KST201,
+ * TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of DRV114 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 327680; printed as
+ * “327680”.
+ */
+#define APT_SCALE_DRV114_STEPPER_2048_POSITION APT_BRACED(INT64_C(327680), INT64_C(1))
+
+/**
+ * velocity of DRV114 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 87949312/5;
+ * printed as “17589862”.
+ */
+#define APT_SCALE_DRV114_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(87949312), INT64_C(5))
+
+/**
+ * acceleration of DRV114 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 3276800/909; printed as “3605”.
+ */
+#define APT_SCALE_DRV114_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(3276800), INT64_C(909))
+
+/* DRV208: DRV208 stepper actuator, 0.5 mm per turn. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of DRV208 on BSC10x, in mm (Issue 37, page 41): counts_per_mm 51200; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV208: 200 full steps per turn of 0.5 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_DRV208_BSC10X_POSITION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * velocity of DRV208 on BSC10x, in mm/s (Issue 37, page 41): counts_per_mm_per_s 51200; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV208: 200 full steps per turn of 0.5 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_DRV208_BSC10X_VELOCITY APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * acceleration of DRV208 on BSC10x, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2 51200;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV208: 200 full steps per turn of
+ * 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_DRV208_BSC10X_ACCELERATION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/*
+ * DRV208: DRV208 stepper actuator, 0.5 mm per turn. STEPPER_2048: KST101, KST201, TST101, BSC201,
+ * BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of DRV208 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 819200; printed as
+ * “819200”.
+ */
+#define APT_SCALE_DRV208_STEPPER_2048_POSITION APT_BRACED(INT64_C(819200), INT64_C(1))
+
+/**
+ * velocity of DRV208 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 43974656;
+ * printed as “43974656”.
+ */
+#define APT_SCALE_DRV208_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(43974656), INT64_C(1))
+
+/**
+ * acceleration of DRV208 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 8192000/909; printed as “9012”.
+ */
+#define APT_SCALE_DRV208_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(8192000), INT64_C(909))
+
+/* DRV225: DRV225 stepper actuator, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of DRV225 on BSC10x, in mm (Issue 37, page 41): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV225: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_DRV225_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of DRV225 on BSC10x, in mm/s (Issue 37, page 41): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV225: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_DRV225_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of DRV225 on BSC10x, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV225: 200 full steps per turn of 1
+ * mm; evidence: vendor program.
+ */
+#define APT_SCALE_DRV225_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/* DRV225: DRV225 stepper actuator, 1 mm per turn. BSC20x: BSC201, BSC202, BSC203, MST602. */
+
+/**
+ * position of DRV225 on BSC20x, in mm (Issue 37, page 41): counts_per_mm 409600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV225: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_DRV225_BSC20X_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of DRV225 on BSC20x, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV225: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_DRV225_BSC20X_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of DRV225 on BSC20x, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 4096000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV225: 200 full steps
+ * per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_DRV225_BSC20X_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/* DRV225: DRV225 stepper actuator, 1 mm per turn. KST101: KST101, KST201. */
+
+/**
+ * position of DRV225 on KST101, in mm (Issue 37, page 41): counts_per_mm 409600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV225 (KST201): 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_DRV225_KST101_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of DRV225 on KST101, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV225 (KST201): 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_DRV225_KST101_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of DRV225 on KST101, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 4096000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV225 (KST201): 200
+ * full steps per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_DRV225_KST101_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/* DRV250: DRV250 stepper actuator, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of DRV250 on BSC10x, in mm (Issue 37, page 41): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_DRV250_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of DRV250 on BSC10x, in mm/s (Issue 37, page 41): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_DRV250_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of DRV250 on BSC10x, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps per turn of 1
+ * mm; evidence: vendor program.
+ */
+#define APT_SCALE_DRV250_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/* DRV250: DRV250 stepper actuator, 1 mm per turn. BSC20x: BSC201, BSC202, BSC203, MST602. */
+
+/**
+ * position of DRV250 on BSC20x, in mm (Issue 37, page 41): counts_per_mm 409600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_DRV250_BSC20X_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of DRV250 on BSC20x, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_DRV250_BSC20X_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of DRV250 on BSC20x, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 4096000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps
+ * per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_DRV250_BSC20X_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/* DRV250: DRV250 stepper actuator, 1 mm per turn. KST101: KST101, KST201. */
+
+/**
+ * position of DRV250 on KST101, in mm (Issue 37, page 41): counts_per_mm 409600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250 (KST201): 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_DRV250_KST101_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of DRV250 on KST101, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250 (KST201): 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_DRV250_KST101_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of DRV250 on KST101, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 4096000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250 (KST201): 200
+ * full steps per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_DRV250_KST101_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * FW103 (FW103/M): FW103 filter wheel. STEPPER_128: BSC001, BSC002, BSC101, BSC102, BSC103, MST601,
+ * TST001.
+ */
+
+/**
+ * position of FW103 on STEPPER_128, in deg (Issue 37, page 40): counts_per_deg 640/9; printed as
+ * “71 for 0.998deg”.
+ */
+#define APT_SCALE_FW103_STEPPER_128_POSITION APT_BRACED(INT64_C(640), INT64_C(9))
+
+/**
+ * velocity of FW103 on STEPPER_128, in deg/s (Issue 37, page 40): counts_per_deg_per_s 640/9;
+ * printed as “71 for 0.998deg”.
+ */
+#define APT_SCALE_FW103_STEPPER_128_VELOCITY APT_BRACED(INT64_C(640), INT64_C(9))
+
+/**
+ * acceleration of FW103 on STEPPER_128, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 640/9; printed as “71 for 0.998deg”.
+ */
+#define APT_SCALE_FW103_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(640), INT64_C(9))
+
+/*
+ * FW103 (FW103/M): FW103 filter wheel. STEPPER_2048: KST101, KST201, TST101, BSC201, BSC202,
+ * BSC203, MST602.
+ */
+
+/**
+ * position of FW103 on STEPPER_2048, in deg (Issue 37, page 41): counts_per_deg 10240/9; printed as
+ * “1138 for 1.0002deg”.
+ */
+#define APT_SCALE_FW103_STEPPER_2048_POSITION APT_BRACED(INT64_C(10240), INT64_C(9))
+
+/**
+ * velocity of FW103 on STEPPER_2048, in deg/s (Issue 37, page 41): counts_per_deg_per_s 2748416/45;
+ * printed as “61088 for 1.0002deg”.
+ */
+#define APT_SCALE_FW103_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(2748416), INT64_C(45))
+
+/**
+ * acceleration of FW103 on STEPPER_2048, in deg/s^2 (Issue 37, page 41): counts_per_deg_per_s2
+ * 102400/8181; printed as “13 for 1.0002deg”.
+ */
+#define APT_SCALE_FW103_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(102400), INT64_C(8181))
+
+/*
+ * FW104: FW104 filter wheel. STEPPER_128: BSC001, BSC002, BSC101, BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of FW104 on STEPPER_128, in deg (Issue 37, page 40): counts_per_deg 640/9; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, BSC and TST FW104 Dichroic Filter Wheel: 200
+ * full steps per turn of 360 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_FW104_STEPPER_128_POSITION APT_BRACED(INT64_C(640), INT64_C(9))
+
+/**
+ * velocity of FW104 on STEPPER_128, in deg/s (Issue 37, page 40): counts_per_deg_per_s 640/9;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, BSC and TST FW104 Dichroic Filter
+ * Wheel: 200 full steps per turn of 360 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_FW104_STEPPER_128_VELOCITY APT_BRACED(INT64_C(640), INT64_C(9))
+
+/**
+ * acceleration of FW104 on STEPPER_128, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 640/9; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, BSC and TST FW104 Dichroic
+ * Filter Wheel: 200 full steps per turn of 360 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_FW104_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(640), INT64_C(9))
+
+/*
+ * FW104: FW104 filter wheel. STEPPER_2048: KST101, KST201, TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of FW104 on STEPPER_2048, in deg (Issue 37, page 40): counts_per_deg 10240/9; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, BSC and TST FW104 Dichroic Filter Wheel: 200
+ * full steps per turn of 360 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_FW104_STEPPER_2048_POSITION APT_BRACED(INT64_C(10240), INT64_C(9))
+
+/**
+ * velocity of FW104 on STEPPER_2048, in deg/s (Issue 37, page 40): counts_per_deg_per_s 2748416/45;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, BSC and TST FW104 Dichroic Filter
+ * Wheel: 200 full steps per turn of 360 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_FW104_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(2748416), INT64_C(45))
+
+/**
+ * acceleration of FW104 on STEPPER_2048, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 102400/8181; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, BSC and TST FW104
+ * Dichroic Filter Wheel: 200 full steps per turn of 360 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_FW104_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(102400), INT64_C(8181))
+
+/* GNL10_Z6 (GNL10-Z6): GNL10-Z6 goniometer. TDC001: TDC001. */
+
+/**
+ * position of GNL10_Z6 on TDC001, in deg (Issue 37, page 39): counts_per_deg 307200/19; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z6: 48 x 256 counts per turn of 0.76
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z6_TDC001_POSITION APT_BRACED(INT64_C(307200), INT64_C(19))
+
+/**
+ * encoder_position of GNL10_Z6 on TDC001, in deg (Issue 37, page 39): counts_per_deg 307200/19;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z6: 48 x 256 counts per turn
+ * of 0.76 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z6_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(307200), INT64_C(19))
+
+/**
+ * pot_velocity of GNL10_Z6 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s 307200/19;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z6: 48 x 256 counts per turn
+ * of 0.76 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z6_TDC001_POT_VELOCITY APT_BRACED(INT64_C(307200), INT64_C(19))
+
+/**
+ * velocity of GNL10_Z6 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 4294967296/11875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z6: 48 x 256
+ * counts per turn of 0.76 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z6_TDC001_VELOCITY APT_BRACED(INT64_C(4294967296), INT64_C(11875))
+
+/**
+ * acceleration of GNL10_Z6 on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 68719476736/556640625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z6: 48
+ * x 256 counts per turn of 0.76 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z6_TDC001_ACCELERATION APT_BRACED(INT64_C(68719476736), INT64_C(556640625))
+
+/* GNL10_Z6 (GNL10-Z6): GNL10-Z6 goniometer. KDC101: KDC101. */
+
+/**
+ * position of GNL10_Z6 on KDC101, in deg (Issue 37, page 39): counts_per_deg 307200/19; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z6: 48 x 256 counts per turn of 0.76
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z6_KDC101_POSITION APT_BRACED(INT64_C(307200), INT64_C(19))
+
+/**
+ * encoder_position of GNL10_Z6 on KDC101, in deg (Issue 37, page 39): counts_per_deg 307200/19;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z6: 48 x 256 counts per turn
+ * of 0.76 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z6_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(307200), INT64_C(19))
+
+/**
+ * pot_velocity of GNL10_Z6 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s 307200/19;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z6: 48 x 256 counts per turn
+ * of 0.76 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z6_KDC101_POT_VELOCITY APT_BRACED(INT64_C(307200), INT64_C(19))
+
+/**
+ * velocity of GNL10_Z6 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 4294967296/11875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z6: 48 x 256
+ * counts per turn of 0.76 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z6_KDC101_VELOCITY APT_BRACED(INT64_C(4294967296), INT64_C(11875))
+
+/**
+ * acceleration of GNL10_Z6 on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 68719476736/556640625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z6: 48
+ * x 256 counts per turn of 0.76 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z6_KDC101_ACCELERATION APT_BRACED(INT64_C(68719476736), INT64_C(556640625))
+
+/* GNL10_Z8 (GNL10-Z8, GNL10/M-Z8): GNL10-Z8 goniometer. TDC001: TDC001. */
+
+/**
+ * position of GNL10_Z8 on TDC001, in deg (Issue 37, page 39): counts_per_deg 428800/19; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8: 512 x 67 counts per turn of 1.52
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z8_TDC001_POSITION APT_BRACED(INT64_C(428800), INT64_C(19))
+
+/**
+ * encoder_position of GNL10_Z8 on TDC001, in deg (Issue 37, page 39): counts_per_deg 428800/19;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8: 512 x 67 counts per turn
+ * of 1.52 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z8_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(428800), INT64_C(19))
+
+/**
+ * pot_velocity of GNL10_Z8 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s 428800/19;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8: 512 x 67 counts per turn
+ * of 1.52 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z8_TDC001_POT_VELOCITY APT_BRACED(INT64_C(428800), INT64_C(19))
+
+/**
+ * velocity of GNL10_Z8 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 17985175552/35625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8: 512 x
+ * 67 counts per turn of 1.52 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z8_TDC001_VELOCITY APT_BRACED(INT64_C(17985175552), INT64_C(35625))
+
+/**
+ * acceleration of GNL10_Z8 on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 287762808832/1669921875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8:
+ * 512 x 67 counts per turn of 1.52 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(287762808832), INT64_C(1669921875))
+
+/* GNL10_Z8 (GNL10-Z8, GNL10/M-Z8): GNL10-Z8 goniometer. KDC101: KDC101. */
+
+/**
+ * position of GNL10_Z8 on KDC101, in deg (Issue 37, page 39): counts_per_deg 428800/19; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8: 512 x 67 counts per turn of 1.52
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z8_KDC101_POSITION APT_BRACED(INT64_C(428800), INT64_C(19))
+
+/**
+ * encoder_position of GNL10_Z8 on KDC101, in deg (Issue 37, page 39): counts_per_deg 428800/19;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8: 512 x 67 counts per turn
+ * of 1.52 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z8_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(428800), INT64_C(19))
+
+/**
+ * pot_velocity of GNL10_Z8 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s 428800/19;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8: 512 x 67 counts per turn
+ * of 1.52 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z8_KDC101_POT_VELOCITY APT_BRACED(INT64_C(428800), INT64_C(19))
+
+/**
+ * velocity of GNL10_Z8 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 17985175552/35625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8: 512 x
+ * 67 counts per turn of 1.52 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z8_KDC101_VELOCITY APT_BRACED(INT64_C(17985175552), INT64_C(35625))
+
+/**
+ * acceleration of GNL10_Z8 on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 287762808832/1669921875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8:
+ * 512 x 67 counts per turn of 1.52 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL10_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(287762808832), INT64_C(1669921875))
+
+/* GNL18_Z6 (GNL18-Z6): GNL18-Z6 goniometer. TDC001: TDC001. */
+
+/**
+ * position of GNL18_Z6 on TDC001, in deg (Issue 37, page 39): counts_per_deg 1228800/49; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6: 48 x 256 counts per turn of 0.49
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z6_TDC001_POSITION APT_BRACED(INT64_C(1228800), INT64_C(49))
+
+/**
+ * encoder_position of GNL18_Z6 on TDC001, in deg (Issue 37, page 39): counts_per_deg 1228800/49;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6: 48 x 256 counts per turn
+ * of 0.49 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z6_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(1228800), INT64_C(49))
+
+/**
+ * pot_velocity of GNL18_Z6 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 1228800/49; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6: 48 x 256
+ * counts per turn of 0.49 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z6_TDC001_POT_VELOCITY APT_BRACED(INT64_C(1228800), INT64_C(49))
+
+/**
+ * velocity of GNL18_Z6 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 17179869184/30625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6: 48 x
+ * 256 counts per turn of 0.49 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z6_TDC001_VELOCITY APT_BRACED(INT64_C(17179869184), INT64_C(30625))
+
+/**
+ * acceleration of GNL18_Z6 on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 274877906944/1435546875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6:
+ * 48 x 256 counts per turn of 0.49 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z6_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(274877906944), INT64_C(1435546875))
+
+/* GNL18_Z6 (GNL18-Z6): GNL18-Z6 goniometer. KDC101: KDC101. */
+
+/**
+ * position of GNL18_Z6 on KDC101, in deg (Issue 37, page 39): counts_per_deg 1228800/49; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6: 48 x 256 counts per turn of 0.49
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z6_KDC101_POSITION APT_BRACED(INT64_C(1228800), INT64_C(49))
+
+/**
+ * encoder_position of GNL18_Z6 on KDC101, in deg (Issue 37, page 39): counts_per_deg 1228800/49;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6: 48 x 256 counts per turn
+ * of 0.49 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z6_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(1228800), INT64_C(49))
+
+/**
+ * pot_velocity of GNL18_Z6 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 1228800/49; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6: 48 x 256
+ * counts per turn of 0.49 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z6_KDC101_POT_VELOCITY APT_BRACED(INT64_C(1228800), INT64_C(49))
+
+/**
+ * velocity of GNL18_Z6 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 17179869184/30625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6: 48 x
+ * 256 counts per turn of 0.49 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z6_KDC101_VELOCITY APT_BRACED(INT64_C(17179869184), INT64_C(30625))
+
+/**
+ * acceleration of GNL18_Z6 on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 274877906944/1435546875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6:
+ * 48 x 256 counts per turn of 0.49 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z6_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(274877906944), INT64_C(1435546875))
+
+/* GNL18_Z8 (GNL18-Z8, GNL18/M-Z8): GNL18-Z8 goniometer. TDC001: TDC001. */
+
+/**
+ * position of GNL18_Z8 on TDC001, in deg (Issue 37, page 39): counts_per_deg 1715200/49; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8: 512 x 67 counts per turn of 0.98
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z8_TDC001_POSITION APT_BRACED(INT64_C(1715200), INT64_C(49))
+
+/**
+ * encoder_position of GNL18_Z8 on TDC001, in deg (Issue 37, page 39): counts_per_deg 1715200/49;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8: 512 x 67 counts per turn
+ * of 0.98 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z8_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(1715200), INT64_C(49))
+
+/**
+ * pot_velocity of GNL18_Z8 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 1715200/49; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8: 512 x 67
+ * counts per turn of 0.98 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z8_TDC001_POT_VELOCITY APT_BRACED(INT64_C(1715200), INT64_C(49))
+
+/**
+ * velocity of GNL18_Z8 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 71940702208/91875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8: 512 x
+ * 67 counts per turn of 0.98 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z8_TDC001_VELOCITY APT_BRACED(INT64_C(71940702208), INT64_C(91875))
+
+/**
+ * acceleration of GNL18_Z8 on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 1151051235328/4306640625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8:
+ * 512 x 67 counts per turn of 0.98 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(1151051235328), INT64_C(4306640625))
+
+/* GNL18_Z8 (GNL18-Z8, GNL18/M-Z8): GNL18-Z8 goniometer. KDC101: KDC101. */
+
+/**
+ * position of GNL18_Z8 on KDC101, in deg (Issue 37, page 39): counts_per_deg 1715200/49; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8: 512 x 67 counts per turn of 0.98
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z8_KDC101_POSITION APT_BRACED(INT64_C(1715200), INT64_C(49))
+
+/**
+ * encoder_position of GNL18_Z8 on KDC101, in deg (Issue 37, page 39): counts_per_deg 1715200/49;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8: 512 x 67 counts per turn
+ * of 0.98 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z8_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(1715200), INT64_C(49))
+
+/**
+ * pot_velocity of GNL18_Z8 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 1715200/49; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8: 512 x 67
+ * counts per turn of 0.98 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z8_KDC101_POT_VELOCITY APT_BRACED(INT64_C(1715200), INT64_C(49))
+
+/**
+ * velocity of GNL18_Z8 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 71940702208/91875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8: 512 x
+ * 67 counts per turn of 0.98 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z8_KDC101_VELOCITY APT_BRACED(INT64_C(71940702208), INT64_C(91875))
+
+/**
+ * acceleration of GNL18_Z8 on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 1151051235328/4306640625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8:
+ * 512 x 67 counts per turn of 0.98 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_GNL18_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(1151051235328), INT64_C(4306640625))
+
+/* HDR50 (HDR50/M): HDR50 rotation stage, 66:1 gear. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of HDR50 on BSC10x, in deg (Issue 37, page 41): counts_per_deg 14080/3; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HDR50: 200 full steps per turn of 5.45454
+ * degrees, which is 360/66; evidence: vendor program.
+ */
+#define APT_SCALE_HDR50_BSC10X_POSITION APT_BRACED(INT64_C(14080), INT64_C(3))
+
+/**
+ * velocity of HDR50 on BSC10x, in deg/s (Issue 37, page 41): counts_per_deg_per_s 14080/3; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HDR50: 200 full steps per turn of 5.45454
+ * degrees, which is 360/66; evidence: vendor program.
+ */
+#define APT_SCALE_HDR50_BSC10X_VELOCITY APT_BRACED(INT64_C(14080), INT64_C(3))
+
+/**
+ * acceleration of HDR50 on BSC10x, in deg/s^2 (Issue 37, page 41): counts_per_deg_per_s2 14080/3;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HDR50: 200 full steps per turn of
+ * 5.45454 degrees, which is 360/66; evidence: vendor program.
+ */
+#define APT_SCALE_HDR50_BSC10X_ACCELERATION APT_BRACED(INT64_C(14080), INT64_C(3))
+
+/*
+ * HDR50 (HDR50/M): HDR50 rotation stage, 66:1 gear. STEPPER_2048: KST101, KST201, TST101, BSC201,
+ * BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of HDR50 on STEPPER_2048, in deg (Issue 37, page 41): counts_per_deg 225280/3; printed
+ * as “75091 for 0.99997deg”; evidence: vendor program; note: 5.4546 degrees per turn on the page,
+ * and 5.45454 in ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, are 360/66 rounded.
+ */
+#define APT_SCALE_HDR50_STEPPER_2048_POSITION APT_BRACED(INT64_C(225280), INT64_C(3))
+
+/**
+ * velocity of HDR50 on STEPPER_2048, in deg/s (Issue 37, page 41): counts_per_deg_per_s
+ * 60465152/15; printed as “4030885 for 0.99997deg”.
+ */
+#define APT_SCALE_HDR50_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(60465152), INT64_C(15))
+
+/**
+ * acceleration of HDR50 on STEPPER_2048, in deg/s^2 (Issue 37, page 41): counts_per_deg_per_s2
+ * 2252800/2727; printed as “826 for 0.99997deg”.
+ */
+#define APT_SCALE_HDR50_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(2252800), INT64_C(2727))
+
+/*
+ * K10CR1 (K10CR1/M): rotation stage with a built-in stepper driver, 120:1 gear. K10CR1: K10CR1,
+ * K10CR2.
+ */
+
+/**
+ * position of K10CR1 on K10CR1, in deg (Issue 37, page 41): counts_per_deg 409600/3; printed as
+ * “136533”.
+ */
+#define APT_SCALE_K10CR1_K10CR1_POSITION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * velocity of K10CR1 on K10CR1, in deg/s (Issue 37, page 41): counts_per_deg_per_s 21987328/3;
+ * printed as “7329109”.
+ */
+#define APT_SCALE_K10CR1_K10CR1_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(3))
+
+/**
+ * acceleration of K10CR1 on K10CR1, in deg/s^2 (Issue 37, page 41): counts_per_deg_per_s2
+ * 4096000/2727; printed as “1502”.
+ */
+#define APT_SCALE_K10CR1_K10CR1_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(2727))
+
+/*
+ * K10CR2 (K10CR2/M): rotation stage with a built-in stepper driver, second version. K10CR1: K10CR1,
+ * K10CR2.
+ */
+
+/**
+ * position of K10CR2 on K10CR1, in deg (Issue 37, page 41): counts_per_deg 409600/3; printed as
+ * “136533”.
+ */
+#define APT_SCALE_K10CR2_K10CR1_POSITION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * velocity of K10CR2 on K10CR1, in deg/s (Issue 37, page 41): counts_per_deg_per_s 21987328/3;
+ * printed as “7329109”.
+ */
+#define APT_SCALE_K10CR2_K10CR1_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(3))
+
+/**
+ * acceleration of K10CR2 on K10CR1, in deg/s^2 (Issue 37, page 41): counts_per_deg_per_s2
+ * 4096000/2727; printed as “1502”.
+ */
+#define APT_SCALE_K10CR2_K10CR1_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(2727))
+
+/* KVS30 (KVS30/M): vertical translation stage with a built-in DC servo driver. KVS30: KVS30. */
+
+/**
+ * position of KVS30 on KVS30, in mm (Issue 37, page 39): counts_per_mm 20000; printed as “20,000”.
+ */
+#define APT_SCALE_KVS30_KVS30_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of KVS30 on KVS30, in mm/s (Issue 37, page 39): counts_per_mm_per_s 33554432/75; printed
+ * as “447392.43”.
+ */
+#define APT_SCALE_KVS30_KVS30_VELOCITY APT_BRACED(INT64_C(33554432), INT64_C(75))
+
+/**
+ * acceleration of KVS30 on KVS30, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 536870912/3515625; printed as “152.71”.
+ */
+#define APT_SCALE_KVS30_KVS30_ACCELERATION APT_BRACED(INT64_C(536870912), INT64_C(3515625))
+
+/*
+ * LNR25E: LNR25E translation stage with an encoder, 1 mm per turn. BSC20x: BSC201, BSC202, BSC203,
+ * MST602.
+ */
+
+/**
+ * position of LNR25E on BSC20x, in mm (Issue 37, page 41): counts_per_mm 409600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS DRV013 Enc LNR 25mm: 200 full steps per
+ * turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_LNR25E_BSC20X_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of LNR25E on BSC20x, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS DRV013 Enc LNR 25mm: 200 full steps per
+ * turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_LNR25E_BSC20X_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of LNR25E on BSC20x, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 4096000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS DRV013 Enc LNR 25mm:
+ * 200 full steps per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_LNR25E_BSC20X_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * LNR502 (LNR502/M): LNR502 translation stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103,
+ * MST601.
+ */
+
+/**
+ * position of LNR502 on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_LNR502_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of LNR502 on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_LNR502_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of LNR502 on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps per turn of 1
+ * mm; evidence: vendor program.
+ */
+#define APT_SCALE_LNR502_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * LNR502 (LNR502/M): LNR502 translation stage, 1 mm per turn. BSC20x: BSC201, BSC202, BSC203,
+ * MST602.
+ */
+
+/**
+ * position of LNR502 on BSC20x, in mm (Issue 37, page 40): counts_per_mm 409600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_LNR502_BSC20X_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of LNR502 on BSC20x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 21987328; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_LNR502_BSC20X_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of LNR502 on BSC20x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 4096000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, DRV250: 200 full steps
+ * per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_LNR502_BSC20X_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * LNR502E (LNR502E/M): LNR502E translation stage with an encoder, 1 mm per turn. BSC10x: BSC101,
+ * BSC102, BSC103, MST601.
+ */
+
+/**
+ * position of LNR502E on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, LNR502E: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_LNR502E_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of LNR502E on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, LNR502E: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_LNR502E_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of LNR502E on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, LNR502E: 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_LNR502E_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * LNR502E (LNR502E/M): LNR502E translation stage with an encoder, 1 mm per turn. BSC20x: BSC201,
+ * BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of LNR502E on BSC20x, in mm (Issue 37, page 40): counts_per_mm 409600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, LNR502E: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_LNR502E_BSC20X_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of LNR502E on BSC20x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 21987328; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, LNR502E: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_LNR502E_BSC20X_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of LNR502E on BSC20x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 4096000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, LNR502E: 200 full steps
+ * per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_LNR502E_BSC20X_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * LNR50SE (LNR50SE/M): LNR50SE translation stage with an optical encoder, 1 mm per turn. BSC10x:
+ * BSC101, BSC102, BSC103, MST601.
+ */
+
+/**
+ * position of LNR50SE on BSC10x, in mm (Issue 37, page 149): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, LNR50SE: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_LNR50SE_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of LNR50SE on BSC10x, in mm/s (Issue 37, page 149): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, LNR50SE: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_LNR50SE_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of LNR50SE on BSC10x, in mm/s^2 (Issue 37, page 149): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, LNR50SE: 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_LNR50SE_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * LNR50SE (LNR50SE/M): LNR50SE translation stage with an optical encoder, 1 mm per turn. BSC20x:
+ * BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of LNR50SE on BSC20x, in mm (Issue 37, page 149): counts_per_mm 409600; printed as
+ * “409600 microsteps/turn/mm”.
+ */
+#define APT_SCALE_LNR50SE_BSC20X_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * encoder_position of LNR50SE on BSC20x, in mm (Issue 37, page 149): counts_per_mm 10000; printed
+ * as “Encoder resolution = 100 nm”.
+ */
+#define APT_SCALE_LNR50SE_BSC20X_ENCODER_POSITION APT_BRACED(INT64_C(10000), INT64_C(1))
+
+/** velocity of LNR50SE on BSC20x, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328. */
+#define APT_SCALE_LNR50SE_BSC20X_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of LNR50SE on BSC20x, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 4096000/909.
+ */
+#define APT_SCALE_LNR50SE_BSC20X_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * LTS150 (LTS150/M): LTS150 long travel stage with a built-in stepper driver. LTS: LTS150, LTS300.
+ */
+
+/**
+ * position of LTS150 on LTS according to before_hardware_3, which contradicts since_hardware_3, in
+ * mm (Issue 37, page 40): counts_per_mm 25600; printed as “25600”; evidence: independent driver;
+ * note: hardware versions 1 and 2, according to github MSLNZ/msl-equipment, 51b9be3,
+ * packages/resources/src/msl/equipment_resources/thorlabs/lts.py.
+ */
+#define APT_SCALE_LTS150_LTS_POSITION_BEFORE_HARDWARE_3 APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * position of LTS150 on LTS according to since_hardware_3, which contradicts before_hardware_3, in
+ * mm (Issue 37, page 41): counts_per_mm 409600; printed as “409600”; evidence: independent driver;
+ * note: hardware version 3 and later, according to github MSLNZ/msl-equipment, 51b9be3,
+ * packages/resources/src/msl/equipment_resources/thorlabs/lts.py; github freespace/pyAPT, 914a6f6,
+ * pyAPT/lts300.py, and UniNE-CHYN/thorpy, pull request 2, tried with a stage.
+ */
+#define APT_SCALE_LTS150_LTS_POSITION_SINCE_HARDWARE_3 APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of LTS150 on LTS according to before_hardware_3, which contradicts since_hardware_3, in
+ * mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; printed as “25600”.
+ */
+#define APT_SCALE_LTS150_LTS_VELOCITY_BEFORE_HARDWARE_3 APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of LTS150 on LTS according to since_hardware_3, which contradicts before_hardware_3, in
+ * mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328; printed as “21987328”.
+ */
+#define APT_SCALE_LTS150_LTS_VELOCITY_SINCE_HARDWARE_3 APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of LTS150 on LTS according to before_hardware_3, which contradicts since_hardware_3,
+ * in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600; printed as “25600”.
+ */
+#define APT_SCALE_LTS150_LTS_ACCELERATION_BEFORE_HARDWARE_3 APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of LTS150 on LTS according to since_hardware_3, which contradicts before_hardware_3,
+ * in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2 4096000/909; printed as “4506”.
+ */
+#define APT_SCALE_LTS150_LTS_ACCELERATION_SINCE_HARDWARE_3 \
+    APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * LTS150C (LTS150C/M): LTS150C long travel stage with a built-in stepper driver. LTS: LTS150,
+ * LTS300.
+ */
+
+/**
+ * position of LTS150C on LTS, in mm (Issue 37, page 41): counts_per_mm 409600; source: Issue 37,
+ * page 41, as for the LTS150; note: ThorlabsDefaultSettings.xml of the vendor has only a record for
+ * 2048 microsteps, HS LTS150C 150mm Stage.
+ */
+#define APT_SCALE_LTS150C_LTS_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of LTS150C on LTS, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328; source:
+ * Issue 37, page 41, as for the LTS150; note: ThorlabsDefaultSettings.xml of the vendor has only a
+ * record for 2048 microsteps, HS LTS150C 150mm Stage.
+ */
+#define APT_SCALE_LTS150C_LTS_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of LTS150C on LTS, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2 4096000/909;
+ * source: Issue 37, page 41, as for the LTS150; note: ThorlabsDefaultSettings.xml of the vendor has
+ * only a record for 2048 microsteps, HS LTS150C 150mm Stage.
+ */
+#define APT_SCALE_LTS150C_LTS_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * LTS300 (LTS300/M): LTS300 long travel stage with a built-in stepper driver. LTS: LTS150, LTS300.
+ */
+
+/**
+ * position of LTS300 on LTS according to before_hardware_3, which contradicts since_hardware_3, in
+ * mm (Issue 37, page 40): counts_per_mm 25600; printed as “25600”; evidence: independent driver;
+ * note: hardware versions 1 and 2, according to github MSLNZ/msl-equipment, 51b9be3,
+ * packages/resources/src/msl/equipment_resources/thorlabs/lts.py.
+ */
+#define APT_SCALE_LTS300_LTS_POSITION_BEFORE_HARDWARE_3 APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * position of LTS300 on LTS according to since_hardware_3, which contradicts before_hardware_3, in
+ * mm (Issue 37, page 41): counts_per_mm 409600; printed as “409600”; evidence: independent driver;
+ * note: hardware version 3 and later, according to github MSLNZ/msl-equipment, 51b9be3,
+ * packages/resources/src/msl/equipment_resources/thorlabs/lts.py; github freespace/pyAPT, 914a6f6,
+ * pyAPT/lts300.py, and UniNE-CHYN/thorpy, pull request 2, tried with a stage.
+ */
+#define APT_SCALE_LTS300_LTS_POSITION_SINCE_HARDWARE_3 APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of LTS300 on LTS according to before_hardware_3, which contradicts since_hardware_3, in
+ * mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; printed as “25600”.
+ */
+#define APT_SCALE_LTS300_LTS_VELOCITY_BEFORE_HARDWARE_3 APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of LTS300 on LTS according to since_hardware_3, which contradicts before_hardware_3, in
+ * mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328; printed as “21987328”.
+ */
+#define APT_SCALE_LTS300_LTS_VELOCITY_SINCE_HARDWARE_3 APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of LTS300 on LTS according to before_hardware_3, which contradicts since_hardware_3,
+ * in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600; printed as “25600”.
+ */
+#define APT_SCALE_LTS300_LTS_ACCELERATION_BEFORE_HARDWARE_3 APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of LTS300 on LTS according to since_hardware_3, which contradicts before_hardware_3,
+ * in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2 4096000/909; printed as “4506”.
+ */
+#define APT_SCALE_LTS300_LTS_ACCELERATION_SINCE_HARDWARE_3 \
+    APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * LTS300C (LTS300C/M): LTS300C long travel stage with a built-in stepper driver. LTS: LTS150,
+ * LTS300.
+ */
+
+/**
+ * position of LTS300C on LTS, in mm (Issue 37, page 41): counts_per_mm 409600; source: Issue 37,
+ * page 41, as for the LTS300; note: ThorlabsDefaultSettings.xml of the vendor has only a record for
+ * 2048 microsteps, HS LTS300C 300mm Stage.
+ */
+#define APT_SCALE_LTS300C_LTS_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of LTS300C on LTS, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328; source:
+ * Issue 37, page 41, as for the LTS300; note: ThorlabsDefaultSettings.xml of the vendor has only a
+ * record for 2048 microsteps, HS LTS300C 300mm Stage.
+ */
+#define APT_SCALE_LTS300C_LTS_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of LTS300C on LTS, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2 4096000/909;
+ * source: Issue 37, page 41, as for the LTS300; note: ThorlabsDefaultSettings.xml of the vendor has
+ * only a record for 2048 microsteps, HS LTS300C 300mm Stage.
+ */
+#define APT_SCALE_LTS300C_LTS_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * MAX200_X (MAX200): X axis of a MAX200 stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103,
+ * MST601.
+ */
+
+/**
+ * position of MAX200_X on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX200 X: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX200_X_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of MAX200_X on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX200 X: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX200_X_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of MAX200_X on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX200 X: 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MAX200_X_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * MAX200_Y (MAX200): Y axis of a MAX200 stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103,
+ * MST601.
+ */
+
+/**
+ * position of MAX200_Y on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX200 Y: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX200_Y_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of MAX200_Y on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX200 Y: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX200_Y_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of MAX200_Y on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX200 Y: 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MAX200_Y_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * MAX201_X (MAX201): X axis of a MAX201 stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103,
+ * MST601.
+ */
+
+/**
+ * position of MAX201_X on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX201 X: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX201_X_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of MAX201_X on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX201 X: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX201_X_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of MAX201_X on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX201 X: 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MAX201_X_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * MAX201_Y (MAX201): Y axis of a MAX201 stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103,
+ * MST601.
+ */
+
+/**
+ * position of MAX201_Y on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX201 Y: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX201_Y_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of MAX201_Y on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX201 Y: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX201_Y_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of MAX201_Y on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX201 Y: 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MAX201_Y_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * MAX202_X (MAX202): X axis of a MAX202 stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103,
+ * MST601.
+ */
+
+/**
+ * position of MAX202_X on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX202 X: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX202_X_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of MAX202_X on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX202 X: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX202_X_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of MAX202_X on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX202 X: 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MAX202_X_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * MAX202_Y (MAX202): Y axis of a MAX202 stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103,
+ * MST601.
+ */
+
+/**
+ * position of MAX202_Y on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX202 Y: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX202_Y_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of MAX202_Y on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX202 Y: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX202_Y_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of MAX202_Y on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX202 Y: 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MAX202_Y_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * MAX203_X (MAX203): X axis of a MAX203 stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103,
+ * MST601.
+ */
+
+/**
+ * position of MAX203_X on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX203 X: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX203_X_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of MAX203_X on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX203 X: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX203_X_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of MAX203_X on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX203 X: 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MAX203_X_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * MAX203_Y (MAX203): Y axis of a MAX203 stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103,
+ * MST601.
+ */
+
+/**
+ * position of MAX203_Y on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX203 Y: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX203_Y_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of MAX203_Y on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX203 Y: 200 full steps per turn of 1 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MAX203_Y_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of MAX203_Y on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MAX203 Y: 200 full steps per turn of
+ * 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MAX203_Y_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/* MLJ050 (MLJ050/M): MLJ050 lab jack with a built-in stepper driver. MLJ: MLJ050, MLJ150. */
+
+/**
+ * position of MLJ050 on MLJ according to document, which contradicts vendor, in mm (Issue 37, page
+ * 41): counts_per_mm 409600; printed as “409600”.
+ */
+#define APT_SCALE_MLJ050_MLJ_POSITION_DOCUMENT APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * position of MLJ050 on MLJ according to vendor, which contradicts document, in mm (Issue 37, page
+ * 41): counts_per_mm 1228800; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MLJ050
+ * Labjack: 200 full steps with a 3:1 gear per mm; github amsikking/thorlabs_MLJ050, 155e3e0,
+ * thorlabs_MLJ050.py; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_MLJ050_MLJ_POSITION_VENDOR APT_BRACED(INT64_C(1228800), INT64_C(1))
+
+/**
+ * velocity of MLJ050 on MLJ according to document, which contradicts vendor, in mm/s (Issue 37,
+ * page 41): counts_per_mm_per_s 21987328; printed as “21987328”.
+ */
+#define APT_SCALE_MLJ050_MLJ_VELOCITY_DOCUMENT APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * velocity of MLJ050 on MLJ according to vendor, which contradicts document, in mm/s (Issue 37,
+ * page 41): counts_per_mm_per_s 65961984; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the
+ * vendor, MLJ050 Labjack: 200 full steps with a 3:1 gear per mm; github amsikking/thorlabs_MLJ050,
+ * 155e3e0, thorlabs_MLJ050.py; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_MLJ050_MLJ_VELOCITY_VENDOR APT_BRACED(INT64_C(65961984), INT64_C(1))
+
+/**
+ * acceleration of MLJ050 on MLJ according to document, which contradicts vendor, in mm/s^2 (Issue
+ * 37, page 41): counts_per_mm_per_s2 4096000/909; printed as “4506”.
+ */
+#define APT_SCALE_MLJ050_MLJ_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/**
+ * acceleration of MLJ050 on MLJ according to vendor, which contradicts document, in mm/s^2 (Issue
+ * 37, page 41): counts_per_mm_per_s2 4096000/303; source: ThorlabsDefaultSettings.xml 1.14.52.1 of
+ * the vendor, MLJ050 Labjack: 200 full steps with a 3:1 gear per mm; github
+ * amsikking/thorlabs_MLJ050, 155e3e0, thorlabs_MLJ050.py; evidence: vendor program and independent
+ * driver.
+ */
+#define APT_SCALE_MLJ050_MLJ_ACCELERATION_VENDOR APT_BRACED(INT64_C(4096000), INT64_C(303))
+
+/* MLJ150 (MLJ150/M): MLJ150 lab jack with a built-in stepper driver. MLJ: MLJ050, MLJ150. */
+
+/**
+ * position of MLJ150 on MLJ according to document, which contradicts vendor, in mm (Issue 37, page
+ * 41): counts_per_mm 409600; printed as “409600”.
+ */
+#define APT_SCALE_MLJ150_MLJ_POSITION_DOCUMENT APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * position of MLJ150 on MLJ according to vendor, which contradicts document, in mm (Issue 37, page
+ * 41): counts_per_mm 1228800; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MLJ150
+ * Labjack: 200 full steps with a 3:1 gear per mm; github amsikking/thorlabs_MLJ150, 74e8176,
+ * thorlabs_MLJ150.py; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_MLJ150_MLJ_POSITION_VENDOR APT_BRACED(INT64_C(1228800), INT64_C(1))
+
+/**
+ * velocity of MLJ150 on MLJ according to document, which contradicts vendor, in mm/s (Issue 37,
+ * page 41): counts_per_mm_per_s 21987328; printed as “21987328”.
+ */
+#define APT_SCALE_MLJ150_MLJ_VELOCITY_DOCUMENT APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * velocity of MLJ150 on MLJ according to vendor, which contradicts document, in mm/s (Issue 37,
+ * page 41): counts_per_mm_per_s 65961984; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the
+ * vendor, MLJ150 Labjack: 200 full steps with a 3:1 gear per mm; github amsikking/thorlabs_MLJ150,
+ * 74e8176, thorlabs_MLJ150.py; evidence: vendor program and independent driver.
+ */
+#define APT_SCALE_MLJ150_MLJ_VELOCITY_VENDOR APT_BRACED(INT64_C(65961984), INT64_C(1))
+
+/**
+ * acceleration of MLJ150 on MLJ according to document, which contradicts vendor, in mm/s^2 (Issue
+ * 37, page 41): counts_per_mm_per_s2 4096000/909; printed as “4506”.
+ */
+#define APT_SCALE_MLJ150_MLJ_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/**
+ * acceleration of MLJ150 on MLJ according to vendor, which contradicts document, in mm/s^2 (Issue
+ * 37, page 41): counts_per_mm_per_s2 4096000/303; source: ThorlabsDefaultSettings.xml 1.14.52.1 of
+ * the vendor, MLJ150 Labjack: 200 full steps with a 3:1 gear per mm; github
+ * amsikking/thorlabs_MLJ150, 74e8176, thorlabs_MLJ150.py; evidence: vendor program and independent
+ * driver.
+ */
+#define APT_SCALE_MLJ150_MLJ_ACCELERATION_VENDOR APT_BRACED(INT64_C(4096000), INT64_C(303))
 
 /*
  * MLS203: MLS203 brushless XY scanning stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202,
@@ -428,241 +3631,4349 @@ static inline apt_status apt_to_counts_int32(
  */
 
 /**
- * position of MLS203 on BBD10x, in mm (page 14): counts_per_mm 20000; printed as “20,000 PMD
- * units”.
+ * position of MLS203 on BBD10x, in mm (Issue 3, page 14): counts_per_mm 20000; printed as “20,000
+ * PMD units”.
  */
 #define APT_SCALE_MLS203_BBD10X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
 
 /**
- * encoder_position of MLS203 on BBD10x, in mm (page 29): counts_per_mm 20000; printed as “10 x
- * 20,000”.
+ * encoder_position of MLS203 on BBD10x, in mm (Issue 3, page 29): counts_per_mm 20000; printed as
+ * “10 x 20,000”.
  */
 #define APT_SCALE_MLS203_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
 
 /**
- * velocity of MLS203 on BBD10x, in mm/s (page 14): counts_per_mm_per_s 16777216/125; printed as
- * “134218”.
+ * velocity of MLS203 on BBD10x, in mm/s (Issue 3, page 14): counts_per_mm_per_s 16777216/125;
+ * printed as “134218”.
  */
 #define APT_SCALE_MLS203_BBD10X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
 
 /**
- * acceleration of MLS203 on BBD10x, in mm/s^2 (page 14): counts_per_mm_per_s2 134217728/9765625;
- * printed as “13.7439”.
+ * acceleration of MLS203 on BBD10x, in mm/s^2 (Issue 3, page 14): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.7439”.
  */
 #define APT_SCALE_MLS203_BBD10X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
 
 /**
- * jerk of MLS203 on BBD10x, in mm/s^3 (page 14): counts_per_mm_per_s3 70368744177664/762939453125;
- * printed as “92.2337”.
+ * jerk of MLS203 on BBD10x, in mm/s^3 (Issue 3, page 14): counts_per_mm_per_s3
+ * 70368744177664/762939453125; printed as “92.2337”.
  */
 #define APT_SCALE_MLS203_BBD10X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
 
 /**
- * status_velocity of MLS203 on BBD10x, in mm/s (page 79): counts_per_mm_per_s 256/125; printed as
- * “204.8”.
+ * status_velocity of MLS203 on BBD10x, in mm/s (Issue 3, page 79): counts_per_mm_per_s 256/125;
+ * printed as “204.8”.
  */
 #define APT_SCALE_MLS203_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* MLS203: MLS203 brushless XY scanning stage. KBD101: TBD001, KBD101. */
+
+/**
+ * position of MLS203 on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000; printed as “20000”.
+ */
+#define APT_SCALE_MLS203_KBD101_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/** encoder_position of MLS203 on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000. */
+#define APT_SCALE_MLS203_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of MLS203 on KBD101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * printed as “134217.73”.
+ */
+#define APT_SCALE_MLS203_KBD101_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of MLS203 on KBD101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.744”.
+ */
+#define APT_SCALE_MLS203_KBD101_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of MLS203 on KBD101, in mm/s^3 (Issue 3, page 14): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_MLS203_KBD101_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of MLS203 on KBD101, in mm/s (Issue 37, page 125): counts_per_mm_per_s 256/125.
+ */
+#define APT_SCALE_MLS203_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* MLS203: MLS203 brushless XY scanning stage. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of MLS203 on BBD30x, in mm (Issue 3, page 14): counts_per_mm 20000; source: counts of
+ * the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_BBD30X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * encoder_position of MLS203 on BBD30x, in mm (Issue 3, page 14): counts_per_mm 20000; source:
+ * counts of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of MLS203 on BBD30x, in mm/s (Issue 3, page 14): counts_per_mm_per_s 16777216/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_BBD30X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of MLS203 on BBD30x, in mm/s^2 (Issue 3, page 14): counts_per_mm_per_s2
+ * 134217728/9765625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the
+ * BBD30x.
+ */
+#define APT_SCALE_MLS203_BBD30X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of MLS203 on BBD30x, in mm/s^3 (Issue 3, page 14): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not
+ * name the BBD30x; the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_MLS203_BBD30X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of MLS203 on BBD30x, in mm/s (Issue 3, page 14): counts_per_mm_per_s 256/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
 
 /* MLS203_X: X axis of the MLS203. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203. */
 
 /**
- * position of MLS203_X on BBD10x, in mm (page 14): counts_per_mm 20000; printed as “20,000 PMD
- * units”.
+ * position of MLS203_X on BBD10x, in mm (Issue 3, page 14): counts_per_mm 20000; printed as “20,000
+ * PMD units”.
  */
 #define APT_SCALE_MLS203_X_BBD10X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
 
 /**
- * encoder_position of MLS203_X on BBD10x, in mm (page 29): counts_per_mm 20000; printed as “10 x
- * 20,000”.
+ * encoder_position of MLS203_X on BBD10x, in mm (Issue 3, page 29): counts_per_mm 20000; printed as
+ * “10 x 20,000”.
  */
 #define APT_SCALE_MLS203_X_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
 
 /**
- * velocity of MLS203_X on BBD10x, in mm/s (page 14): counts_per_mm_per_s 16777216/125; printed as
- * “134218”.
+ * velocity of MLS203_X on BBD10x, in mm/s (Issue 3, page 14): counts_per_mm_per_s 16777216/125;
+ * printed as “134218”.
  */
 #define APT_SCALE_MLS203_X_BBD10X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
 
 /**
- * acceleration of MLS203_X on BBD10x, in mm/s^2 (page 14): counts_per_mm_per_s2 134217728/9765625;
- * printed as “13.7439”.
+ * acceleration of MLS203_X on BBD10x, in mm/s^2 (Issue 3, page 14): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.7439”.
  */
 #define APT_SCALE_MLS203_X_BBD10X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
 
 /**
- * jerk of MLS203_X on BBD10x, in mm/s^3 (page 14): counts_per_mm_per_s3
+ * jerk of MLS203_X on BBD10x, in mm/s^3 (Issue 3, page 14): counts_per_mm_per_s3
  * 70368744177664/762939453125; printed as “92.2337”.
  */
 #define APT_SCALE_MLS203_X_BBD10X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
 
 /**
- * status_velocity of MLS203_X on BBD10x, in mm/s (page 79): counts_per_mm_per_s 256/125; printed as
- * “204.8”.
+ * status_velocity of MLS203_X on BBD10x, in mm/s (Issue 3, page 79): counts_per_mm_per_s 256/125;
+ * printed as “204.8”.
  */
 #define APT_SCALE_MLS203_X_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* MLS203_X: X axis of the MLS203. KBD101: TBD001, KBD101. */
+
+/**
+ * position of MLS203_X on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000; printed as
+ * “20000”.
+ */
+#define APT_SCALE_MLS203_X_KBD101_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/** encoder_position of MLS203_X on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000. */
+#define APT_SCALE_MLS203_X_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of MLS203_X on KBD101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * printed as “134217.73”.
+ */
+#define APT_SCALE_MLS203_X_KBD101_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of MLS203_X on KBD101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.744”.
+ */
+#define APT_SCALE_MLS203_X_KBD101_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of MLS203_X on KBD101, in mm/s^3 (Issue 3, page 14): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_MLS203_X_KBD101_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of MLS203_X on KBD101, in mm/s (Issue 37, page 125): counts_per_mm_per_s 256/125.
+ */
+#define APT_SCALE_MLS203_X_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* MLS203_X: X axis of the MLS203. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of MLS203_X on BBD30x, in mm (Issue 3, page 14): counts_per_mm 20000; source: counts of
+ * the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_X_BBD30X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * encoder_position of MLS203_X on BBD30x, in mm (Issue 3, page 14): counts_per_mm 20000; source:
+ * counts of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_X_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of MLS203_X on BBD30x, in mm/s (Issue 3, page 14): counts_per_mm_per_s 16777216/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_X_BBD30X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of MLS203_X on BBD30x, in mm/s^2 (Issue 3, page 14): counts_per_mm_per_s2
+ * 134217728/9765625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the
+ * BBD30x.
+ */
+#define APT_SCALE_MLS203_X_BBD30X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of MLS203_X on BBD30x, in mm/s^3 (Issue 3, page 14): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not
+ * name the BBD30x; the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_MLS203_X_BBD30X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of MLS203_X on BBD30x, in mm/s (Issue 3, page 14): counts_per_mm_per_s 256/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_X_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
 
 /* MLS203_Y: Y axis of the MLS203. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203. */
 
 /**
- * position of MLS203_Y on BBD10x, in mm (page 14): counts_per_mm 20000; printed as “20,000 PMD
- * units”.
+ * position of MLS203_Y on BBD10x, in mm (Issue 3, page 14): counts_per_mm 20000; printed as “20,000
+ * PMD units”.
  */
 #define APT_SCALE_MLS203_Y_BBD10X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
 
 /**
- * encoder_position of MLS203_Y on BBD10x, in mm (page 29): counts_per_mm 20000; printed as “10 x
- * 20,000”.
+ * encoder_position of MLS203_Y on BBD10x, in mm (Issue 3, page 29): counts_per_mm 20000; printed as
+ * “10 x 20,000”.
  */
 #define APT_SCALE_MLS203_Y_BBD10X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
 
 /**
- * velocity of MLS203_Y on BBD10x, in mm/s (page 14): counts_per_mm_per_s 16777216/125; printed as
- * “134218”.
+ * velocity of MLS203_Y on BBD10x, in mm/s (Issue 3, page 14): counts_per_mm_per_s 16777216/125;
+ * printed as “134218”.
  */
 #define APT_SCALE_MLS203_Y_BBD10X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
 
 /**
- * acceleration of MLS203_Y on BBD10x, in mm/s^2 (page 14): counts_per_mm_per_s2 134217728/9765625;
- * printed as “13.7439”.
+ * acceleration of MLS203_Y on BBD10x, in mm/s^2 (Issue 3, page 14): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.7439”.
  */
 #define APT_SCALE_MLS203_Y_BBD10X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
 
 /**
- * jerk of MLS203_Y on BBD10x, in mm/s^3 (page 14): counts_per_mm_per_s3
+ * jerk of MLS203_Y on BBD10x, in mm/s^3 (Issue 3, page 14): counts_per_mm_per_s3
  * 70368744177664/762939453125; printed as “92.2337”.
  */
 #define APT_SCALE_MLS203_Y_BBD10X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
 
 /**
- * status_velocity of MLS203_Y on BBD10x, in mm/s (page 79): counts_per_mm_per_s 256/125; printed as
- * “204.8”.
+ * status_velocity of MLS203_Y on BBD10x, in mm/s (Issue 3, page 79): counts_per_mm_per_s 256/125;
+ * printed as “204.8”.
  */
 #define APT_SCALE_MLS203_Y_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
 
+/* MLS203_Y: Y axis of the MLS203. KBD101: TBD001, KBD101. */
+
+/**
+ * position of MLS203_Y on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000; printed as
+ * “20000”.
+ */
+#define APT_SCALE_MLS203_Y_KBD101_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/** encoder_position of MLS203_Y on KBD101, in mm (Issue 37, page 39): counts_per_mm 20000. */
+#define APT_SCALE_MLS203_Y_KBD101_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of MLS203_Y on KBD101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 16777216/125;
+ * printed as “134217.73”.
+ */
+#define APT_SCALE_MLS203_Y_KBD101_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of MLS203_Y on KBD101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 134217728/9765625; printed as “13.744”.
+ */
+#define APT_SCALE_MLS203_Y_KBD101_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of MLS203_Y on KBD101, in mm/s^3 (Issue 3, page 14): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_MLS203_Y_KBD101_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of MLS203_Y on KBD101, in mm/s (Issue 37, page 125): counts_per_mm_per_s 256/125.
+ */
+#define APT_SCALE_MLS203_Y_KBD101_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* MLS203_Y: Y axis of the MLS203. BBD30x: BBD301, BBD302, BBD303. */
+
+/**
+ * position of MLS203_Y on BBD30x, in mm (Issue 3, page 14): counts_per_mm 20000; source: counts of
+ * the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_Y_BBD30X_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * encoder_position of MLS203_Y on BBD30x, in mm (Issue 3, page 14): counts_per_mm 20000; source:
+ * counts of the encoder in the stage, as on page 39 of Issue 37, which does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_Y_BBD30X_ENCODER_POSITION APT_BRACED(INT64_C(20000), INT64_C(1))
+
+/**
+ * velocity of MLS203_Y on BBD30x, in mm/s (Issue 3, page 14): counts_per_mm_per_s 16777216/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_Y_BBD30X_VELOCITY APT_BRACED(INT64_C(16777216), INT64_C(125))
+
+/**
+ * acceleration of MLS203_Y on BBD30x, in mm/s^2 (Issue 3, page 14): counts_per_mm_per_s2
+ * 134217728/9765625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the
+ * BBD30x.
+ */
+#define APT_SCALE_MLS203_Y_BBD30X_ACCELERATION APT_BRACED(INT64_C(134217728), INT64_C(9765625))
+
+/**
+ * jerk of MLS203_Y on BBD30x, in mm/s^3 (Issue 3, page 14): counts_per_mm_per_s3
+ * 70368744177664/762939453125; source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not
+ * name the BBD30x; the formula that Issue 3 has for the MLS203.
+ */
+#define APT_SCALE_MLS203_Y_BBD30X_JERK APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+
+/**
+ * status_velocity of MLS203_Y on BBD30x, in mm/s (Issue 3, page 14): counts_per_mm_per_s 256/125;
+ * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
+ */
+#define APT_SCALE_MLS203_Y_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* MT1_Z8 (MT1-Z8): MT1-Z8 translation stage with a Z812 actuator. TDC001: TDC001. */
+
+/**
+ * position of MT1_Z8 on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_MT1_Z8_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of MT1_Z8 on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_MT1_Z8_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of MT1_Z8 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_MT1_Z8_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of MT1_Z8 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_MT1_Z8_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of MT1_Z8 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_MT1_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* MT1_Z8 (MT1-Z8): MT1-Z8 translation stage with a Z812 actuator. KDC101: KDC101. */
+
+/**
+ * position of MT1_Z8 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_MT1_Z8_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of MT1_Z8 on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_MT1_Z8_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of MT1_Z8 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_MT1_Z8_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of MT1_Z8 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_MT1_Z8_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of MT1_Z8 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_MT1_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* MTS25: MTS25 translation stage with a Z6 motor. TDC001: TDC001. */
+
+/**
+ * position of MTS25 on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_MTS25_TDC001_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of MTS25 on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_MTS25_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of MTS25 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_MTS25_TDC001_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of MTS25 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_MTS25_TDC001_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of MTS25 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_MTS25_TDC001_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* MTS25: MTS25 translation stage with a Z6 motor. KDC101: KDC101. */
+
+/**
+ * position of MTS25 on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_MTS25_KDC101_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of MTS25 on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_MTS25_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of MTS25 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_MTS25_KDC101_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of MTS25 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_MTS25_KDC101_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of MTS25 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_MTS25_KDC101_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* MTS25_Z8 (MTS25-Z8, MTS25/M-Z8): MTS25-Z8 translation stage. TDC001: TDC001. */
+
+/**
+ * position of MTS25_Z8 on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed
+ * as “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_MTS25_Z8_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of MTS25_Z8 on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125.
+ */
+#define APT_SCALE_MTS25_Z8_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of MTS25_Z8 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_MTS25_Z8_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of MTS25_Z8 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_MTS25_Z8_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of MTS25_Z8 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_MTS25_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* MTS25_Z8 (MTS25-Z8, MTS25/M-Z8): MTS25-Z8 translation stage. KDC101: KDC101. */
+
+/**
+ * position of MTS25_Z8 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed
+ * as “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_MTS25_Z8_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of MTS25_Z8 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125.
+ */
+#define APT_SCALE_MTS25_Z8_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of MTS25_Z8 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_MTS25_Z8_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of MTS25_Z8 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_MTS25_Z8_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of MTS25_Z8 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_MTS25_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* MTS50: MTS50 translation stage with a Z6 motor. TDC001: TDC001. */
+
+/**
+ * position of MTS50 on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_MTS50_TDC001_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of MTS50 on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_MTS50_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of MTS50 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_MTS50_TDC001_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of MTS50 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_MTS50_TDC001_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of MTS50 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_MTS50_TDC001_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* MTS50: MTS50 translation stage with a Z6 motor. KDC101: KDC101. */
+
+/**
+ * position of MTS50 on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_MTS50_KDC101_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of MTS50 on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_MTS50_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of MTS50 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_MTS50_KDC101_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of MTS50 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_MTS50_KDC101_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of MTS50 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_MTS50_KDC101_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* MTS50_Z8 (MTS50-Z8, MTS50/M-Z8): MTS50-Z8 translation stage. TDC001: TDC001. */
+
+/**
+ * position of MTS50_Z8 on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed
+ * as “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_MTS50_Z8_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of MTS50_Z8 on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125.
+ */
+#define APT_SCALE_MTS50_Z8_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of MTS50_Z8 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_MTS50_Z8_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of MTS50_Z8 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_MTS50_Z8_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of MTS50_Z8 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_MTS50_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* MTS50_Z8 (MTS50-Z8, MTS50/M-Z8): MTS50-Z8 translation stage. KDC101: KDC101. */
+
+/**
+ * position of MTS50_Z8 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed
+ * as “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_MTS50_Z8_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of MTS50_Z8 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125.
+ */
+#define APT_SCALE_MTS50_Z8_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of MTS50_Z8 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_MTS50_Z8_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of MTS50_Z8 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_MTS50_Z8_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of MTS50_Z8 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_MTS50_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* MVSN1: MVSN1 stage, 0.6096 mm per turn. KST101: KST101, KST201. */
+
+/**
+ * position of MVSN1 on KST101, in mm (Issue 37, page 41): counts_per_mm 256000000/381; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MVSN1: 200 full steps per turn of 0.6096 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MVSN1_KST101_POSITION APT_BRACED(INT64_C(256000000), INT64_C(381))
+
+/**
+ * velocity of MVSN1 on KST101, in mm/s (Issue 37, page 41): counts_per_mm_per_s 13742080000/381;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MVSN1: 200 full steps per turn of
+ * 0.6096 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MVSN1_KST101_VELOCITY APT_BRACED(INT64_C(13742080000), INT64_C(381))
+
+/**
+ * acceleration of MVSN1 on KST101, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 2560000000/346329; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MVSN1: 200 full
+ * steps per turn of 0.6096 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MVSN1_KST101_ACCELERATION APT_BRACED(INT64_C(2560000000), INT64_C(346329))
+
+/* MVW1: MVW1 stage, 0.6096 mm per turn. KST101: KST101, KST201. */
+
+/**
+ * position of MVW1 on KST101, in mm (Issue 37, page 41): counts_per_mm 256000000/381; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MVW1: 200 full steps per turn of 0.6096 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_MVW1_KST101_POSITION APT_BRACED(INT64_C(256000000), INT64_C(381))
+
+/**
+ * velocity of MVW1 on KST101, in mm/s (Issue 37, page 41): counts_per_mm_per_s 13742080000/381;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MVW1: 200 full steps per turn of
+ * 0.6096 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MVW1_KST101_VELOCITY APT_BRACED(INT64_C(13742080000), INT64_C(381))
+
+/**
+ * acceleration of MVW1 on KST101, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 2560000000/346329; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MVW1: 200 full
+ * steps per turn of 0.6096 mm; evidence: vendor program.
+ */
+#define APT_SCALE_MVW1_KST101_ACCELERATION APT_BRACED(INT64_C(2560000000), INT64_C(346329))
+
 /*
- * Z8: Z8 series DC servo actuator, 1.0 mm lead screw with a 67:1 gear head. TDC001: TDC001, KDC101.
+ * NR360 (NanoRotator): NR360 rotation stage, 66:1 gear. STEPPER_128: BSC001, BSC002, BSC101,
+ * BSC102, BSC103, MST601, TST001.
  */
 
 /**
- * position of Z8 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 = 34,304”.
+ * position of NR360 on STEPPER_128, in deg (Issue 37, page 40): counts_per_deg 14080/3; printed as
+ * “4693 for 0.999deg”; evidence: vendor program; note: 5.4546 degrees per turn on the page, and
+ * 5.45454 in ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, are 360/66 rounded.
+ */
+#define APT_SCALE_NR360_STEPPER_128_POSITION APT_BRACED(INT64_C(14080), INT64_C(3))
+
+/**
+ * velocity of NR360 on STEPPER_128, in deg/s (Issue 37, page 40): counts_per_deg_per_s 14080/3;
+ * printed as “4693 for 0.999deg”.
+ */
+#define APT_SCALE_NR360_STEPPER_128_VELOCITY APT_BRACED(INT64_C(14080), INT64_C(3))
+
+/**
+ * acceleration of NR360 on STEPPER_128, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 14080/3; printed as “4693 for 0.999deg”.
+ */
+#define APT_SCALE_NR360_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(14080), INT64_C(3))
+
+/*
+ * NR360 (NanoRotator): NR360 rotation stage, 66:1 gear. STEPPER_2048: KST101, KST201, TST101,
+ * BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of NR360 on STEPPER_2048, in deg (Issue 37, page 41): counts_per_deg 225280/3; printed
+ * as “75091 for 0.99997deg”; evidence: vendor program; note: 5.4546 degrees per turn on the page,
+ * and 5.45454 in ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, are 360/66 rounded.
+ */
+#define APT_SCALE_NR360_STEPPER_2048_POSITION APT_BRACED(INT64_C(225280), INT64_C(3))
+
+/**
+ * velocity of NR360 on STEPPER_2048, in deg/s (Issue 37, page 41): counts_per_deg_per_s
+ * 60465152/15; printed as “4030885 for 0.99997deg”.
+ */
+#define APT_SCALE_NR360_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(60465152), INT64_C(15))
+
+/**
+ * acceleration of NR360 on STEPPER_2048, in deg/s^2 (Issue 37, page 41): counts_per_deg_per_s2
+ * 2252800/2727; printed as “826 for 0.99997deg”.
+ */
+#define APT_SCALE_NR360_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(2252800), INT64_C(2727))
+
+/*
+ * NR360S (NR360S/M): NR360S rotation stage, 66:1 gear. STEPPER_128: BSC001, BSC002, BSC101, BSC102,
+ * BSC103, MST601, TST001.
+ */
+
+/**
+ * position of NR360S on STEPPER_128, in deg (Issue 37, page 40): counts_per_deg 14080/3; printed as
+ * “4693 for 0.999deg”; evidence: vendor program; note: 5.4546 degrees per turn on the page, and
+ * 5.45454 in ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, are 360/66 rounded.
+ */
+#define APT_SCALE_NR360S_STEPPER_128_POSITION APT_BRACED(INT64_C(14080), INT64_C(3))
+
+/**
+ * velocity of NR360S on STEPPER_128, in deg/s (Issue 37, page 40): counts_per_deg_per_s 14080/3;
+ * printed as “4693 for 0.999deg”.
+ */
+#define APT_SCALE_NR360S_STEPPER_128_VELOCITY APT_BRACED(INT64_C(14080), INT64_C(3))
+
+/**
+ * acceleration of NR360S on STEPPER_128, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 14080/3; printed as “4693 for 0.999deg”.
+ */
+#define APT_SCALE_NR360S_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(14080), INT64_C(3))
+
+/*
+ * NR360S (NR360S/M): NR360S rotation stage, 66:1 gear. STEPPER_2048: KST101, KST201, TST101,
+ * BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of NR360S on STEPPER_2048, in deg (Issue 37, page 41): counts_per_deg 225280/3; printed
+ * as “75091 for 0.99997deg”; evidence: vendor program; note: 5.4546 degrees per turn on the page,
+ * and 5.45454 in ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, are 360/66 rounded.
+ */
+#define APT_SCALE_NR360S_STEPPER_2048_POSITION APT_BRACED(INT64_C(225280), INT64_C(3))
+
+/**
+ * velocity of NR360S on STEPPER_2048, in deg/s (Issue 37, page 41): counts_per_deg_per_s
+ * 60465152/15; printed as “4030885 for 0.99997deg”.
+ */
+#define APT_SCALE_NR360S_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(60465152), INT64_C(15))
+
+/**
+ * acceleration of NR360S on STEPPER_2048, in deg/s^2 (Issue 37, page 41): counts_per_deg_per_s2
+ * 2252800/2727; printed as “826 for 0.99997deg”.
+ */
+#define APT_SCALE_NR360S_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(2252800), INT64_C(2727))
+
+/*
+ * NRT100 (NRT100/M): NRT100 translation stage, 1 mm per turn. STEPPER_128: BSC001, BSC002, BSC101,
+ * BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of NRT100 on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 25600; printed as
+ * “25600”.
+ */
+#define APT_SCALE_NRT100_STEPPER_128_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of NRT100 on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600;
+ * printed as “25600”.
+ */
+#define APT_SCALE_NRT100_STEPPER_128_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of NRT100 on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * printed as “25600”.
+ */
+#define APT_SCALE_NRT100_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * NRT100 (NRT100/M): NRT100 translation stage, 1 mm per turn. STEPPER_2048: KST101, KST201, TST101,
+ * BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of NRT100 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 409600; printed as
+ * “409600”.
+ */
+#define APT_SCALE_NRT100_STEPPER_2048_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of NRT100 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328;
+ * printed as “21987328”.
+ */
+#define APT_SCALE_NRT100_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of NRT100 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 4096000/909; printed as “4506”.
+ */
+#define APT_SCALE_NRT100_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/*
+ * NRT150 (NRT150/M): NRT150 translation stage, 1 mm per turn. STEPPER_128: BSC001, BSC002, BSC101,
+ * BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of NRT150 on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 25600; printed as
+ * “25600”.
+ */
+#define APT_SCALE_NRT150_STEPPER_128_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of NRT150 on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600;
+ * printed as “25600”.
+ */
+#define APT_SCALE_NRT150_STEPPER_128_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of NRT150 on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * printed as “25600”.
+ */
+#define APT_SCALE_NRT150_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * NRT150 (NRT150/M): NRT150 translation stage, 1 mm per turn. STEPPER_2048: KST101, KST201, TST101,
+ * BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of NRT150 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 409600; printed as
+ * “409600”.
+ */
+#define APT_SCALE_NRT150_STEPPER_2048_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
+
+/**
+ * velocity of NRT150 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 21987328;
+ * printed as “21987328”.
+ */
+#define APT_SCALE_NRT150_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(21987328), INT64_C(1))
+
+/**
+ * acceleration of NRT150 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 4096000/909; printed as “4506”.
+ */
+#define APT_SCALE_NRT150_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(4096000), INT64_C(909))
+
+/* NST100: NST100 translation stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of NST100 on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoStep Linear 100mm: 200 full steps per
+ * turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NST100_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of NST100 on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoStep Linear 100mm: 200 full steps per
+ * turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NST100_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of NST100 on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoStep Linear 100mm: 200 full
+ * steps per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NST100_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/* NST150: NST150 translation stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of NST150 on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoStep Linear 150mm: 200 full steps per
+ * turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NST150_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of NST150 on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoStep Linear 150mm: 200 full steps per
+ * turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NST150_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of NST150 on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoStep Linear 150mm: 200 full
+ * steps per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NST150_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/* NST50: NST50 translation stage, 1 mm per turn. BSC10x: BSC101, BSC102, BSC103, MST601. */
+
+/**
+ * position of NST50 on BSC10x, in mm (Issue 37, page 40): counts_per_mm 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoStep Linear 50mm: 200 full steps per
+ * turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NST50_BSC10X_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * velocity of NST50 on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 25600; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoStep Linear 50mm: 200 full steps per
+ * turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NST50_BSC10X_VELOCITY APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/**
+ * acceleration of NST50 on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 25600;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoStep Linear 50mm: 200 full steps
+ * per turn of 1 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NST50_BSC10X_ACCELERATION APT_BRACED(INT64_C(25600), INT64_C(1))
+
+/*
+ * NanoMax_300 (MAX343, NanoMax 300): axis of a NanoMax 300 stage, 0.5 mm per turn. BSC10x: BSC101,
+ * BSC102, BSC103, MST601.
+ */
+
+/**
+ * position of NanoMax_300 on BSC10x, in mm (Issue 37, page 40): counts_per_mm 51200; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 300 X, Y and Z Axis: 200 full steps
+ * per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_300_BSC10X_POSITION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * velocity of NanoMax_300 on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 51200;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 300 X, Y and Z Axis: 200
+ * full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_300_BSC10X_VELOCITY APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * acceleration of NanoMax_300 on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 51200;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 300 X, Y and Z Axis: 200
+ * full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_300_BSC10X_ACCELERATION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/*
+ * NanoMax_300 (MAX343, NanoMax 300): axis of a NanoMax 300 stage, 0.5 mm per turn. BSC20x: BSC201,
+ * BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of NanoMax_300 on BSC20x, in mm (Issue 37, page 40): counts_per_mm 819200; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 300 X, Y and Z Axis: 200 full steps
+ * per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_300_BSC20X_POSITION APT_BRACED(INT64_C(819200), INT64_C(1))
+
+/**
+ * velocity of NanoMax_300 on BSC20x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 43974656;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 300 X, Y and Z Axis: 200
+ * full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_300_BSC20X_VELOCITY APT_BRACED(INT64_C(43974656), INT64_C(1))
+
+/**
+ * acceleration of NanoMax_300 on BSC20x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 8192000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 300 X, Y and Z
+ * Axis: 200 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_300_BSC20X_ACCELERATION APT_BRACED(INT64_C(8192000), INT64_C(909))
+
+/*
+ * NanoMax_600_Pitch (MAX604, NanoMax 600): pitch axis of a NanoMax 600 stage. BSC10x: BSC101,
+ * BSC102, BSC103, MST601.
+ */
+
+/**
+ * position of NanoMax_600_Pitch on BSC10x, in deg (Issue 37, page 40): counts_per_deg 51200;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Pitch Axis (17DRV001):
+ * 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_PITCH_BSC10X_POSITION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * velocity of NanoMax_600_Pitch on BSC10x, in deg/s (Issue 37, page 40): counts_per_deg_per_s
+ * 51200; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Pitch Axis
+ * (17DRV001): 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_PITCH_BSC10X_VELOCITY APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * acceleration of NanoMax_600_Pitch on BSC10x, in deg/s^2 (Issue 37, page 40):
+ * counts_per_deg_per_s2 51200; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax
+ * 600 Pitch Axis (17DRV001): 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_PITCH_BSC10X_ACCELERATION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/*
+ * NanoMax_600_Pitch (MAX604, NanoMax 600): pitch axis of a NanoMax 600 stage. BSC20x: BSC201,
+ * BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of NanoMax_600_Pitch on BSC20x, in deg (Issue 37, page 40): counts_per_deg 819200;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Pitch Axis (17DRV001):
+ * 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_PITCH_BSC20X_POSITION APT_BRACED(INT64_C(819200), INT64_C(1))
+
+/**
+ * velocity of NanoMax_600_Pitch on BSC20x, in deg/s (Issue 37, page 40): counts_per_deg_per_s
+ * 43974656; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Pitch Axis
+ * (17DRV001): 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_PITCH_BSC20X_VELOCITY APT_BRACED(INT64_C(43974656), INT64_C(1))
+
+/**
+ * acceleration of NanoMax_600_Pitch on BSC20x, in deg/s^2 (Issue 37, page 40):
+ * counts_per_deg_per_s2 8192000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * NanoMax 600 Pitch Axis (17DRV001): 200 full steps per turn of 0.5 degrees; evidence: vendor
+ * program.
+ */
+#define APT_SCALE_NANOMAX_600_PITCH_BSC20X_ACCELERATION APT_BRACED(INT64_C(8192000), INT64_C(909))
+
+/*
+ * NanoMax_600_Roll (MAX604, NanoMax 600): roll axis of a NanoMax 600 stage. BSC10x: BSC101, BSC102,
+ * BSC103, MST601.
+ */
+
+/**
+ * position of NanoMax_600_Roll on BSC10x, in deg (Issue 37, page 40): counts_per_deg 51200; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Roll Axis (17DRV001): 200 full
+ * steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_ROLL_BSC10X_POSITION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * velocity of NanoMax_600_Roll on BSC10x, in deg/s (Issue 37, page 40): counts_per_deg_per_s 51200;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Roll Axis (17DRV001):
+ * 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_ROLL_BSC10X_VELOCITY APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * acceleration of NanoMax_600_Roll on BSC10x, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 51200; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Roll Axis
+ * (17DRV001): 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_ROLL_BSC10X_ACCELERATION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/*
+ * NanoMax_600_Roll (MAX604, NanoMax 600): roll axis of a NanoMax 600 stage. BSC20x: BSC201, BSC202,
+ * BSC203, MST602.
+ */
+
+/**
+ * position of NanoMax_600_Roll on BSC20x, in deg (Issue 37, page 40): counts_per_deg 819200;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Roll Axis (17DRV001):
+ * 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_ROLL_BSC20X_POSITION APT_BRACED(INT64_C(819200), INT64_C(1))
+
+/**
+ * velocity of NanoMax_600_Roll on BSC20x, in deg/s (Issue 37, page 40): counts_per_deg_per_s
+ * 43974656; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Roll Axis
+ * (17DRV001): 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_ROLL_BSC20X_VELOCITY APT_BRACED(INT64_C(43974656), INT64_C(1))
+
+/**
+ * acceleration of NanoMax_600_Roll on BSC20x, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 8192000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Roll Axis
+ * (17DRV001): 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_ROLL_BSC20X_ACCELERATION APT_BRACED(INT64_C(8192000), INT64_C(909))
+
+/*
+ * NanoMax_600_X (MAX604, NanoMax 600): X axis of a NanoMax 600 stage. BSC10x: BSC101, BSC102,
+ * BSC103, MST601.
+ */
+
+/**
+ * position of NanoMax_600_X on BSC10x, in mm (Issue 37, page 40): counts_per_mm 102400/3; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 X Axis (17DRV001): 200 full
+ * steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_X_BSC10X_POSITION APT_BRACED(INT64_C(102400), INT64_C(3))
+
+/**
+ * velocity of NanoMax_600_X on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 102400/3;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 X Axis (17DRV001): 200
+ * full steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_X_BSC10X_VELOCITY APT_BRACED(INT64_C(102400), INT64_C(3))
+
+/**
+ * acceleration of NanoMax_600_X on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 102400/3; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 X Axis
+ * (17DRV001): 200 full steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_X_BSC10X_ACCELERATION APT_BRACED(INT64_C(102400), INT64_C(3))
+
+/*
+ * NanoMax_600_X (MAX604, NanoMax 600): X axis of a NanoMax 600 stage. BSC20x: BSC201, BSC202,
+ * BSC203, MST602.
+ */
+
+/**
+ * position of NanoMax_600_X on BSC20x, in mm (Issue 37, page 40): counts_per_mm 1638400/3; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 X Axis (17DRV001): 200 full
+ * steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_X_BSC20X_POSITION APT_BRACED(INT64_C(1638400), INT64_C(3))
+
+/**
+ * velocity of NanoMax_600_X on BSC20x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 87949312/3;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 X Axis (17DRV001): 200
+ * full steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_X_BSC20X_VELOCITY APT_BRACED(INT64_C(87949312), INT64_C(3))
+
+/**
+ * acceleration of NanoMax_600_X on BSC20x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 16384000/2727; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 X Axis
+ * (17DRV001): 200 full steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_X_BSC20X_ACCELERATION APT_BRACED(INT64_C(16384000), INT64_C(2727))
+
+/*
+ * NanoMax_600_Y (MAX604, NanoMax 600): Y axis of a NanoMax 600 stage. BSC10x: BSC101, BSC102,
+ * BSC103, MST601.
+ */
+
+/**
+ * position of NanoMax_600_Y on BSC10x, in mm (Issue 37, page 40): counts_per_mm 102400/3; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Y Axis (17DRV001): 200 full
+ * steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Y_BSC10X_POSITION APT_BRACED(INT64_C(102400), INT64_C(3))
+
+/**
+ * velocity of NanoMax_600_Y on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 102400/3;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Y Axis (17DRV001): 200
+ * full steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Y_BSC10X_VELOCITY APT_BRACED(INT64_C(102400), INT64_C(3))
+
+/**
+ * acceleration of NanoMax_600_Y on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 102400/3; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Y Axis
+ * (17DRV001): 200 full steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Y_BSC10X_ACCELERATION APT_BRACED(INT64_C(102400), INT64_C(3))
+
+/*
+ * NanoMax_600_Y (MAX604, NanoMax 600): Y axis of a NanoMax 600 stage. BSC20x: BSC201, BSC202,
+ * BSC203, MST602.
+ */
+
+/**
+ * position of NanoMax_600_Y on BSC20x, in mm (Issue 37, page 40): counts_per_mm 1638400/3; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Y Axis (17DRV001): 200 full
+ * steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Y_BSC20X_POSITION APT_BRACED(INT64_C(1638400), INT64_C(3))
+
+/**
+ * velocity of NanoMax_600_Y on BSC20x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 87949312/3;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Y Axis (17DRV001): 200
+ * full steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Y_BSC20X_VELOCITY APT_BRACED(INT64_C(87949312), INT64_C(3))
+
+/**
+ * acceleration of NanoMax_600_Y on BSC20x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 16384000/2727; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Y Axis
+ * (17DRV001): 200 full steps per turn of 0.75 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Y_BSC20X_ACCELERATION APT_BRACED(INT64_C(16384000), INT64_C(2727))
+
+/*
+ * NanoMax_600_Yaw (MAX604, NanoMax 600): yaw axis of a NanoMax 600 stage. BSC10x: BSC101, BSC102,
+ * BSC103, MST601.
+ */
+
+/**
+ * position of NanoMax_600_Yaw on BSC10x, in deg (Issue 37, page 40): counts_per_deg 51200; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Yaw Axis (17DRV001): 200 full
+ * steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_YAW_BSC10X_POSITION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * velocity of NanoMax_600_Yaw on BSC10x, in deg/s (Issue 37, page 40): counts_per_deg_per_s 51200;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Yaw Axis (17DRV001): 200
+ * full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_YAW_BSC10X_VELOCITY APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * acceleration of NanoMax_600_Yaw on BSC10x, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 51200; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Yaw Axis
+ * (17DRV001): 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_YAW_BSC10X_ACCELERATION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/*
+ * NanoMax_600_Yaw (MAX604, NanoMax 600): yaw axis of a NanoMax 600 stage. BSC20x: BSC201, BSC202,
+ * BSC203, MST602.
+ */
+
+/**
+ * position of NanoMax_600_Yaw on BSC20x, in deg (Issue 37, page 40): counts_per_deg 819200; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Yaw Axis (17DRV001): 200 full
+ * steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_YAW_BSC20X_POSITION APT_BRACED(INT64_C(819200), INT64_C(1))
+
+/**
+ * velocity of NanoMax_600_Yaw on BSC20x, in deg/s (Issue 37, page 40): counts_per_deg_per_s
+ * 43974656; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Yaw Axis
+ * (17DRV001): 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_YAW_BSC20X_VELOCITY APT_BRACED(INT64_C(43974656), INT64_C(1))
+
+/**
+ * acceleration of NanoMax_600_Yaw on BSC20x, in deg/s^2 (Issue 37, page 40): counts_per_deg_per_s2
+ * 8192000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Yaw Axis
+ * (17DRV001): 200 full steps per turn of 0.5 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_YAW_BSC20X_ACCELERATION APT_BRACED(INT64_C(8192000), INT64_C(909))
+
+/*
+ * NanoMax_600_Z (MAX604, NanoMax 600): Z axis of a NanoMax 600 stage. BSC10x: BSC101, BSC102,
+ * BSC103, MST601.
+ */
+
+/**
+ * position of NanoMax_600_Z on BSC10x, in mm (Issue 37, page 40): counts_per_mm 51200; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Z Axis (17DRV001): 200 full
+ * steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Z_BSC10X_POSITION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * velocity of NanoMax_600_Z on BSC10x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 51200;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Z Axis (17DRV001): 200
+ * full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Z_BSC10X_VELOCITY APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/**
+ * acceleration of NanoMax_600_Z on BSC10x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 51200; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Z Axis
+ * (17DRV001): 200 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Z_BSC10X_ACCELERATION APT_BRACED(INT64_C(51200), INT64_C(1))
+
+/*
+ * NanoMax_600_Z (MAX604, NanoMax 600): Z axis of a NanoMax 600 stage. BSC20x: BSC201, BSC202,
+ * BSC203, MST602.
+ */
+
+/**
+ * position of NanoMax_600_Z on BSC20x, in mm (Issue 37, page 40): counts_per_mm 819200; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Z Axis (17DRV001): 200 full
+ * steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Z_BSC20X_POSITION APT_BRACED(INT64_C(819200), INT64_C(1))
+
+/**
+ * velocity of NanoMax_600_Z on BSC20x, in mm/s (Issue 37, page 40): counts_per_mm_per_s 43974656;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Z Axis (17DRV001): 200
+ * full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Z_BSC20X_VELOCITY APT_BRACED(INT64_C(43974656), INT64_C(1))
+
+/**
+ * acceleration of NanoMax_600_Z on BSC20x, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 8192000/909; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, NanoMax 600 Z Axis
+ * (17DRV001): 200 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_NANOMAX_600_Z_BSC20X_ACCELERATION APT_BRACED(INT64_C(8192000), INT64_C(909))
+
+/* PLS2: PLS2 stage, 0.3048 mm per turn. KST101: KST101, KST201. */
+
+/**
+ * position of PLS2 on KST101, in mm (Issue 37, page 41): counts_per_mm 512000000/381; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PLS2: 200 full steps per turn of 0.3048 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_PLS2_KST101_POSITION APT_BRACED(INT64_C(512000000), INT64_C(381))
+
+/**
+ * velocity of PLS2 on KST101, in mm/s (Issue 37, page 41): counts_per_mm_per_s 27484160000/381;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PLS2: 200 full steps per turn of
+ * 0.3048 mm; evidence: vendor program.
+ */
+#define APT_SCALE_PLS2_KST101_VELOCITY APT_BRACED(INT64_C(27484160000), INT64_C(381))
+
+/**
+ * acceleration of PLS2 on KST101, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 5120000000/346329; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PLS2: 200 full
+ * steps per turn of 0.3048 mm; evidence: vendor program.
+ */
+#define APT_SCALE_PLS2_KST101_ACCELERATION APT_BRACED(INT64_C(5120000000), INT64_C(346329))
+
+/* PLS3: PLS3 stage, 0.3048 mm per turn. KST101: KST101, KST201. */
+
+/**
+ * position of PLS3 on KST101, in mm (Issue 37, page 41): counts_per_mm 512000000/381; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PLS3: 200 full steps per turn of 0.3048 mm;
+ * evidence: vendor program.
+ */
+#define APT_SCALE_PLS3_KST101_POSITION APT_BRACED(INT64_C(512000000), INT64_C(381))
+
+/**
+ * velocity of PLS3 on KST101, in mm/s (Issue 37, page 41): counts_per_mm_per_s 27484160000/381;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PLS3: 200 full steps per turn of
+ * 0.3048 mm; evidence: vendor program.
+ */
+#define APT_SCALE_PLS3_KST101_VELOCITY APT_BRACED(INT64_C(27484160000), INT64_C(381))
+
+/**
+ * acceleration of PLS3 on KST101, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 5120000000/346329; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PLS3: 200 full
+ * steps per turn of 0.3048 mm; evidence: vendor program.
+ */
+#define APT_SCALE_PLS3_KST101_ACCELERATION APT_BRACED(INT64_C(5120000000), INT64_C(346329))
+
+/* PRM1_Z7 (PRM1-Z7): PRM1-Z7 rotation mount. TDC001: TDC001. */
+
+/**
+ * position of PRM1_Z7 on TDC001, in deg (Issue 37, page 39): counts_per_deg 2048/3; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PRM1-Z7: 48 x 256 counts per turn of 18
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_PRM1_Z7_TDC001_POSITION APT_BRACED(INT64_C(2048), INT64_C(3))
+
+/**
+ * encoder_position of PRM1_Z7 on TDC001, in deg (Issue 37, page 39): counts_per_deg 2048/3; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PRM1-Z7: 48 x 256 counts per turn of 18
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_PRM1_Z7_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(2048), INT64_C(3))
+
+/**
+ * pot_velocity of PRM1_Z7 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s 2048/3;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PRM1-Z7: 48 x 256 counts per turn of
+ * 18 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_PRM1_Z7_TDC001_POT_VELOCITY APT_BRACED(INT64_C(2048), INT64_C(3))
+
+/**
+ * velocity of PRM1_Z7 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 2147483648/140625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PRM1-Z7: 48 x 256
+ * counts per turn of 18 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_PRM1_Z7_TDC001_VELOCITY APT_BRACED(INT64_C(2147483648), INT64_C(140625))
+
+/**
+ * acceleration of PRM1_Z7 on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 34359738368/6591796875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PRM1-Z7: 48
+ * x 256 counts per turn of 18 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_PRM1_Z7_TDC001_ACCELERATION APT_BRACED(INT64_C(34359738368), INT64_C(6591796875))
+
+/* PRM1_Z7 (PRM1-Z7): PRM1-Z7 rotation mount. KDC101: KDC101. */
+
+/**
+ * position of PRM1_Z7 on KDC101, in deg (Issue 37, page 39): counts_per_deg 2048/3; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PRM1-Z7: 48 x 256 counts per turn of 18
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_PRM1_Z7_KDC101_POSITION APT_BRACED(INT64_C(2048), INT64_C(3))
+
+/**
+ * encoder_position of PRM1_Z7 on KDC101, in deg (Issue 37, page 39): counts_per_deg 2048/3; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PRM1-Z7: 48 x 256 counts per turn of 18
+ * degrees; evidence: vendor program.
+ */
+#define APT_SCALE_PRM1_Z7_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(2048), INT64_C(3))
+
+/**
+ * pot_velocity of PRM1_Z7 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s 2048/3;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PRM1-Z7: 48 x 256 counts per turn of
+ * 18 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_PRM1_Z7_KDC101_POT_VELOCITY APT_BRACED(INT64_C(2048), INT64_C(3))
+
+/**
+ * velocity of PRM1_Z7 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 2147483648/140625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PRM1-Z7: 48 x 256
+ * counts per turn of 18 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_PRM1_Z7_KDC101_VELOCITY APT_BRACED(INT64_C(2147483648), INT64_C(140625))
+
+/**
+ * acceleration of PRM1_Z7 on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 34359738368/6591796875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PRM1-Z7: 48
+ * x 256 counts per turn of 18 degrees; evidence: vendor program.
+ */
+#define APT_SCALE_PRM1_Z7_KDC101_ACCELERATION APT_BRACED(INT64_C(34359738368), INT64_C(6591796875))
+
+/* PRM1_Z8 (PRM1-Z8, PRM1/M-Z8, PRM1Z8, PRM1/MZ8): PRM1-Z8 rotation mount. TDC001: TDC001. */
+
+/**
+ * position of PRM1_Z8 on TDC001, in deg (Issue 37, page 39): counts_per_deg 3430400/1787; printed
+ * as “1919.6418578623391”; evidence: vendor program and independent driver; note: 512 x 67 / 17.87,
+ * also in ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor; github freespace/pyAPT, 914a6f6,
+ * pyAPT/prm1.py has a measured 1919.27, 0.02 % less.
+ */
+#define APT_SCALE_PRM1_Z8_TDC001_POSITION APT_BRACED(INT64_C(3430400), INT64_C(1787))
+
+/**
+ * encoder_position of PRM1_Z8 on TDC001, in deg (Issue 37, page 39): counts_per_deg 3430400/1787.
+ */
+#define APT_SCALE_PRM1_Z8_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(3430400), INT64_C(1787))
+
+/**
+ * pot_velocity of PRM1_Z8 on TDC001, in deg/s (Issue 37, page 98): counts_per_deg_per_s
+ * 3430400/1787.
+ */
+#define APT_SCALE_PRM1_Z8_TDC001_POT_VELOCITY APT_BRACED(INT64_C(3430400), INT64_C(1787))
+
+/**
+ * velocity of PRM1_Z8 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 143881404416/3350625; printed as “42941.66”.
+ */
+#define APT_SCALE_PRM1_Z8_TDC001_VELOCITY APT_BRACED(INT64_C(143881404416), INT64_C(3350625))
+
+/**
+ * acceleration of PRM1_Z8 on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 2302102470656/157060546875; printed as “14.66”.
+ */
+#define APT_SCALE_PRM1_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(2302102470656), INT64_C(157060546875))
+
+/* PRM1_Z8 (PRM1-Z8, PRM1/M-Z8, PRM1Z8, PRM1/MZ8): PRM1-Z8 rotation mount. KDC101: KDC101. */
+
+/**
+ * position of PRM1_Z8 on KDC101, in deg (Issue 37, page 39): counts_per_deg 3430400/1787; printed
+ * as “1919.6418578623391”; evidence: vendor program and independent driver; note: 512 x 67 / 17.87,
+ * also in ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor; github freespace/pyAPT, 914a6f6,
+ * pyAPT/prm1.py has a measured 1919.27, 0.02 % less.
+ */
+#define APT_SCALE_PRM1_Z8_KDC101_POSITION APT_BRACED(INT64_C(3430400), INT64_C(1787))
+
+/**
+ * encoder_position of PRM1_Z8 on KDC101, in deg (Issue 37, page 39): counts_per_deg 3430400/1787.
+ */
+#define APT_SCALE_PRM1_Z8_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(3430400), INT64_C(1787))
+
+/**
+ * pot_velocity of PRM1_Z8 on KDC101, in deg/s (Issue 37, page 98): counts_per_deg_per_s
+ * 3430400/1787.
+ */
+#define APT_SCALE_PRM1_Z8_KDC101_POT_VELOCITY APT_BRACED(INT64_C(3430400), INT64_C(1787))
+
+/**
+ * velocity of PRM1_Z8 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 143881404416/3350625; printed as “42941.66”.
+ */
+#define APT_SCALE_PRM1_Z8_KDC101_VELOCITY APT_BRACED(INT64_C(143881404416), INT64_C(3350625))
+
+/**
+ * acceleration of PRM1_Z8 on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 2302102470656/157060546875; printed as “14.66”.
+ */
+#define APT_SCALE_PRM1_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(2302102470656), INT64_C(157060546875))
+
+/* PRMTZ8 (PRMTZ8/M): PRMTZ8 rotation stage. TDC001: TDC001. */
+
+/**
+ * position of PRMTZ8 on TDC001, in deg (Issue 37, page 39): counts_per_deg 17997376/9375; printed
+ * as “1919.6418578623391”; evidence: vendor program; note: 512 x 67.49016 / 18 in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor; page 39 repeats the figure of the PRM1-Z8,
+ * which is 0.004 % less.
+ */
+#define APT_SCALE_PRMTZ8_TDC001_POSITION APT_BRACED(INT64_C(17997376), INT64_C(9375))
+
+/**
+ * encoder_position of PRMTZ8 on TDC001, in deg (Issue 37, page 39): counts_per_deg 17997376/9375.
+ */
+#define APT_SCALE_PRMTZ8_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(17997376), INT64_C(9375))
+
+/**
+ * pot_velocity of PRMTZ8 on TDC001, in deg/s (Issue 37, page 98): counts_per_deg_per_s
+ * 17997376/9375.
+ */
+#define APT_SCALE_PRMTZ8_TDC001_POT_VELOCITY APT_BRACED(INT64_C(17997376), INT64_C(9375))
+
+/**
+ * velocity of PRMTZ8 on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 18871616536576/439453125; printed as “42941.66”.
+ */
+#define APT_SCALE_PRMTZ8_TDC001_VELOCITY APT_BRACED(INT64_C(18871616536576), INT64_C(439453125))
+
+/**
+ * acceleration of PRMTZ8 on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 301945864585216/20599365234375; printed as “14.66”.
+ */
+#define APT_SCALE_PRMTZ8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(301945864585216), INT64_C(20599365234375))
+
+/* PRMTZ8 (PRMTZ8/M): PRMTZ8 rotation stage. KDC101: KDC101. */
+
+/**
+ * position of PRMTZ8 on KDC101, in deg (Issue 37, page 39): counts_per_deg 17997376/9375; printed
+ * as “1919.6418578623391”; evidence: vendor program; note: 512 x 67.49016 / 18 in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor; page 39 repeats the figure of the PRM1-Z8,
+ * which is 0.004 % less.
+ */
+#define APT_SCALE_PRMTZ8_KDC101_POSITION APT_BRACED(INT64_C(17997376), INT64_C(9375))
+
+/**
+ * encoder_position of PRMTZ8 on KDC101, in deg (Issue 37, page 39): counts_per_deg 17997376/9375.
+ */
+#define APT_SCALE_PRMTZ8_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(17997376), INT64_C(9375))
+
+/**
+ * pot_velocity of PRMTZ8 on KDC101, in deg/s (Issue 37, page 98): counts_per_deg_per_s
+ * 17997376/9375.
+ */
+#define APT_SCALE_PRMTZ8_KDC101_POT_VELOCITY APT_BRACED(INT64_C(17997376), INT64_C(9375))
+
+/**
+ * velocity of PRMTZ8 on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 18871616536576/439453125; printed as “42941.66”.
+ */
+#define APT_SCALE_PRMTZ8_KDC101_VELOCITY APT_BRACED(INT64_C(18871616536576), INT64_C(439453125))
+
+/**
+ * acceleration of PRMTZ8 on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 301945864585216/20599365234375; printed as “14.66”.
+ */
+#define APT_SCALE_PRMTZ8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(301945864585216), INT64_C(20599365234375))
+
+/* PY004Z8_Pitch (PY004Z8, PY004Z8/M): pitch axis of the PY004Z8 platform. TDC001: TDC001. */
+
+/**
+ * position of PY004Z8_Pitch on TDC001, in deg (Issue 37, page 39): counts_per_deg 43349248/625;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Pitch: 512 x 135.4664 counts
+ * per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_PITCH_TDC001_POSITION APT_BRACED(INT64_C(43349248), INT64_C(625))
+
+/**
+ * encoder_position of PY004Z8_Pitch on TDC001, in deg (Issue 37, page 39): counts_per_deg
+ * 43349248/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Pitch: 512 x
+ * 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_PITCH_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(43349248), INT64_C(625))
+
+/**
+ * pot_velocity of PY004Z8_Pitch on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 43349248/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Pitch: 512 x
+ * 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_PITCH_TDC001_POT_VELOCITY APT_BRACED(INT64_C(43349248), INT64_C(625))
+
+/**
+ * velocity of PY004Z8_Pitch on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 45454981070848/29296875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8
+ * Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_PITCH_TDC001_VELOCITY \
+    APT_BRACED(INT64_C(45454981070848), INT64_C(29296875))
+
+/**
+ * acceleration of PY004Z8_Pitch on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 727279697133568/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * PY004Z8 Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_PITCH_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(727279697133568), INT64_C(1373291015625))
+
+/* PY004Z8_Pitch (PY004Z8, PY004Z8/M): pitch axis of the PY004Z8 platform. KDC101: KDC101. */
+
+/**
+ * position of PY004Z8_Pitch on KDC101, in deg (Issue 37, page 39): counts_per_deg 43349248/625;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Pitch: 512 x 135.4664 counts
+ * per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_PITCH_KDC101_POSITION APT_BRACED(INT64_C(43349248), INT64_C(625))
+
+/**
+ * encoder_position of PY004Z8_Pitch on KDC101, in deg (Issue 37, page 39): counts_per_deg
+ * 43349248/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Pitch: 512 x
+ * 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_PITCH_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(43349248), INT64_C(625))
+
+/**
+ * pot_velocity of PY004Z8_Pitch on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 43349248/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Pitch: 512 x
+ * 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_PITCH_KDC101_POT_VELOCITY APT_BRACED(INT64_C(43349248), INT64_C(625))
+
+/**
+ * velocity of PY004Z8_Pitch on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 45454981070848/29296875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8
+ * Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_PITCH_KDC101_VELOCITY \
+    APT_BRACED(INT64_C(45454981070848), INT64_C(29296875))
+
+/**
+ * acceleration of PY004Z8_Pitch on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 727279697133568/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * PY004Z8 Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_PITCH_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(727279697133568), INT64_C(1373291015625))
+
+/* PY004Z8_Yaw (PY004Z8, PY004Z8/M): yaw axis of the PY004Z8 platform. TDC001: TDC001. */
+
+/**
+ * position of PY004Z8_Yaw on TDC001, in deg (Issue 37, page 39): counts_per_deg 24258752/625;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Yaw: 512 x 75.8086 counts
+ * per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_YAW_TDC001_POSITION APT_BRACED(INT64_C(24258752), INT64_C(625))
+
+/**
+ * encoder_position of PY004Z8_Yaw on TDC001, in deg (Issue 37, page 39): counts_per_deg
+ * 24258752/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Yaw: 512 x
+ * 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_YAW_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(24258752), INT64_C(625))
+
+/**
+ * pot_velocity of PY004Z8_Yaw on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 24258752/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Yaw: 512 x
+ * 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_YAW_TDC001_POT_VELOCITY APT_BRACED(INT64_C(24258752), INT64_C(625))
+
+/**
+ * velocity of PY004Z8_Yaw on TDC001, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 25437145137152/29296875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8
+ * Yaw: 512 x 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_YAW_TDC001_VELOCITY APT_BRACED(INT64_C(25437145137152), INT64_C(29296875))
+
+/**
+ * acceleration of PY004Z8_Yaw on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 406994322194432/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * PY004Z8 Yaw: 512 x 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_YAW_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(406994322194432), INT64_C(1373291015625))
+
+/* PY004Z8_Yaw (PY004Z8, PY004Z8/M): yaw axis of the PY004Z8 platform. KDC101: KDC101. */
+
+/**
+ * position of PY004Z8_Yaw on KDC101, in deg (Issue 37, page 39): counts_per_deg 24258752/625;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Yaw: 512 x 75.8086 counts
+ * per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_YAW_KDC101_POSITION APT_BRACED(INT64_C(24258752), INT64_C(625))
+
+/**
+ * encoder_position of PY004Z8_Yaw on KDC101, in deg (Issue 37, page 39): counts_per_deg
+ * 24258752/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Yaw: 512 x
+ * 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_YAW_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(24258752), INT64_C(625))
+
+/**
+ * pot_velocity of PY004Z8_Yaw on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 24258752/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8 Yaw: 512 x
+ * 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_YAW_KDC101_POT_VELOCITY APT_BRACED(INT64_C(24258752), INT64_C(625))
+
+/**
+ * velocity of PY004Z8_Yaw on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 25437145137152/29296875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8
+ * Yaw: 512 x 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_YAW_KDC101_VELOCITY APT_BRACED(INT64_C(25437145137152), INT64_C(29296875))
+
+/**
+ * acceleration of PY004Z8_Yaw on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 406994322194432/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * PY004Z8 Yaw: 512 x 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z8_YAW_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(406994322194432), INT64_C(1373291015625))
+
+/* PY004Z9_Pitch (PY004Z9, PY004Z9/M): pitch axis of the PY004Z9 platform. KDC101: KDC101. */
+
+/**
+ * position of PY004Z9_Pitch on KDC101, in deg (Issue 37, page 39): counts_per_deg 43349248/625;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z9 Pitch: 512 x 135.4664 counts
+ * per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z9_PITCH_KDC101_POSITION APT_BRACED(INT64_C(43349248), INT64_C(625))
+
+/**
+ * encoder_position of PY004Z9_Pitch on KDC101, in deg (Issue 37, page 39): counts_per_deg
+ * 43349248/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z9 Pitch: 512 x
+ * 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z9_PITCH_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(43349248), INT64_C(625))
+
+/**
+ * pot_velocity of PY004Z9_Pitch on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 43349248/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z9 Pitch: 512 x
+ * 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z9_PITCH_KDC101_POT_VELOCITY APT_BRACED(INT64_C(43349248), INT64_C(625))
+
+/**
+ * velocity of PY004Z9_Pitch on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 45454981070848/29296875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z9
+ * Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z9_PITCH_KDC101_VELOCITY \
+    APT_BRACED(INT64_C(45454981070848), INT64_C(29296875))
+
+/**
+ * acceleration of PY004Z9_Pitch on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 727279697133568/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * PY004Z9 Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z9_PITCH_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(727279697133568), INT64_C(1373291015625))
+
+/* PY004Z9_Yaw (PY004Z9, PY004Z9/M): yaw axis of the PY004Z9 platform. KDC101: KDC101. */
+
+/**
+ * position of PY004Z9_Yaw on KDC101, in deg (Issue 37, page 39): counts_per_deg 24258752/625;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z9 Yaw: 512 x 75.8086 counts
+ * per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z9_YAW_KDC101_POSITION APT_BRACED(INT64_C(24258752), INT64_C(625))
+
+/**
+ * encoder_position of PY004Z9_Yaw on KDC101, in deg (Issue 37, page 39): counts_per_deg
+ * 24258752/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z9 Yaw: 512 x
+ * 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z9_YAW_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(24258752), INT64_C(625))
+
+/**
+ * pot_velocity of PY004Z9_Yaw on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 24258752/625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z9 Yaw: 512 x
+ * 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z9_YAW_KDC101_POT_VELOCITY APT_BRACED(INT64_C(24258752), INT64_C(625))
+
+/**
+ * velocity of PY004Z9_Yaw on KDC101, in deg/s (Issue 37, page 39): counts_per_deg_per_s
+ * 25437145137152/29296875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z9
+ * Yaw: 512 x 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z9_YAW_KDC101_VELOCITY APT_BRACED(INT64_C(25437145137152), INT64_C(29296875))
+
+/**
+ * acceleration of PY004Z9_Yaw on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
+ * 406994322194432/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * PY004Z9 Yaw: 512 x 75.8086 counts per degree; evidence: vendor program.
+ */
+#define APT_SCALE_PY004Z9_YAW_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(406994322194432), INT64_C(1373291015625))
+
+/* T25X: T25X translation stage with a Z6 motor. TDC001: TDC001. */
+
+/**
+ * position of T25X on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_T25X_TDC001_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of T25X on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_T25X_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of T25X on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_T25X_TDC001_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of T25X on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_T25X_TDC001_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of T25X on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_T25X_TDC001_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* T25X: T25X translation stage with a Z6 motor. KDC101: KDC101. */
+
+/**
+ * position of T25X on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_T25X_KDC101_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of T25X on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_T25X_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of T25X on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_T25X_KDC101_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of T25X on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_T25X_KDC101_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of T25X on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_T25X_KDC101_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* Z606 (Z606(B)): Z606 actuator of the Z6 series. TDC001: TDC001. */
+
+/**
+ * position of Z606 on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_Z606_TDC001_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of Z606 on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_Z606_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of Z606 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_Z606_TDC001_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of Z606 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_Z606_TDC001_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of Z606 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_Z606_TDC001_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* Z606 (Z606(B)): Z606 actuator of the Z6 series. KDC101: KDC101. */
+
+/**
+ * position of Z606 on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_Z606_KDC101_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of Z606 on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_Z606_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of Z606 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_Z606_KDC101_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of Z606 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_Z606_KDC101_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of Z606 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_Z606_KDC101_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* Z612 (Z612(B)): Z612 actuator of the Z6 series. TDC001: TDC001. */
+
+/**
+ * position of Z612 on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_Z612_TDC001_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of Z612 on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_Z612_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of Z612 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_Z612_TDC001_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of Z612 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_Z612_TDC001_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of Z612 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_Z612_TDC001_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* Z612 (Z612(B)): Z612 actuator of the Z6 series. KDC101: KDC101. */
+
+/**
+ * position of Z612 on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_Z612_KDC101_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of Z612 on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_Z612_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of Z612 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_Z612_KDC101_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of Z612 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_Z612_KDC101_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of Z612 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_Z612_KDC101_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* Z625 (Z625(B)): Z625 actuator of the Z6 series. TDC001: TDC001. */
+
+/**
+ * position of Z625 on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_Z625_TDC001_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of Z625 on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_Z625_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of Z625 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_Z625_TDC001_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of Z625 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_Z625_TDC001_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of Z625 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_Z625_TDC001_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* Z625 (Z625(B)): Z625 actuator of the Z6 series. KDC101: KDC101. */
+
+/**
+ * position of Z625 on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_Z625_KDC101_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of Z625 on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_Z625_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of Z625 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_Z625_KDC101_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of Z625 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_Z625_KDC101_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of Z625 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_Z625_KDC101_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* Z625_B_64_1 (Z625(B)64:1): Z625 actuator with a 64:1 gear head. TDC001: TDC001. */
+
+/**
+ * position of Z625_B_64_1 on TDC001, in mm (Issue 37, page 39): counts_per_mm 6144; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1: 48 x 64 counts per turn of 0.5
+ * mm; evidence: vendor program.
+ */
+#define APT_SCALE_Z625_B_64_1_TDC001_POSITION APT_BRACED(INT64_C(6144), INT64_C(1))
+
+/**
+ * encoder_position of Z625_B_64_1 on TDC001, in mm (Issue 37, page 39): counts_per_mm 6144; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1: 48 x 64 counts per turn of 0.5
+ * mm; evidence: vendor program.
+ */
+#define APT_SCALE_Z625_B_64_1_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(6144), INT64_C(1))
+
+/**
+ * pot_velocity of Z625_B_64_1 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s 6144;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1: 48 x 64 counts per turn
+ * of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_Z625_B_64_1_TDC001_POT_VELOCITY APT_BRACED(INT64_C(6144), INT64_C(1))
+
+/**
+ * velocity of Z625_B_64_1 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 2147483648/15625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1: 48 x
+ * 64 counts per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_Z625_B_64_1_TDC001_VELOCITY APT_BRACED(INT64_C(2147483648), INT64_C(15625))
+
+/**
+ * acceleration of Z625_B_64_1 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 34359738368/732421875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1:
+ * 48 x 64 counts per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_Z625_B_64_1_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(34359738368), INT64_C(732421875))
+
+/* Z625_B_64_1 (Z625(B)64:1): Z625 actuator with a 64:1 gear head. KDC101: KDC101. */
+
+/**
+ * position of Z625_B_64_1 on KDC101, in mm (Issue 37, page 39): counts_per_mm 6144; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1: 48 x 64 counts per turn of 0.5
+ * mm; evidence: vendor program.
+ */
+#define APT_SCALE_Z625_B_64_1_KDC101_POSITION APT_BRACED(INT64_C(6144), INT64_C(1))
+
+/**
+ * encoder_position of Z625_B_64_1 on KDC101, in mm (Issue 37, page 39): counts_per_mm 6144; source:
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1: 48 x 64 counts per turn of 0.5
+ * mm; evidence: vendor program.
+ */
+#define APT_SCALE_Z625_B_64_1_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(6144), INT64_C(1))
+
+/**
+ * pot_velocity of Z625_B_64_1 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 6144;
+ * source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1: 48 x 64 counts per turn
+ * of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_Z625_B_64_1_KDC101_POT_VELOCITY APT_BRACED(INT64_C(6144), INT64_C(1))
+
+/**
+ * velocity of Z625_B_64_1 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 2147483648/15625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1: 48 x
+ * 64 counts per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_Z625_B_64_1_KDC101_VELOCITY APT_BRACED(INT64_C(2147483648), INT64_C(15625))
+
+/**
+ * acceleration of Z625_B_64_1 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 34359738368/732421875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1:
+ * 48 x 64 counts per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_Z625_B_64_1_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(34359738368), INT64_C(732421875))
+
+/* Z6xx: Z6 series DC servo actuator, 0.5 mm lead screw with a 256:1 gear head. TDC001: TDC001. */
+
+/**
+ * position of Z6xx on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_Z6XX_TDC001_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of Z6xx on TDC001, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_Z6XX_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of Z6xx on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_Z6XX_TDC001_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of Z6xx on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_Z6XX_TDC001_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of Z6xx on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_Z6XX_TDC001_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* Z6xx: Z6 series DC servo actuator, 0.5 mm lead screw with a 256:1 gear head. KDC101: KDC101. */
+
+/**
+ * position of Z6xx on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576; printed as “24600”;
+ * evidence: vendor program and independent driver; note: 48 x 256 counts per turn of 0.5 mm in
+ * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor and in github freespace/pyAPT, 914a6f6,
+ * pyAPT/mts50.py; page 39 has 0.1 % more.
+ */
+#define APT_SCALE_Z6XX_KDC101_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** encoder_position of Z6xx on KDC101, in mm (Issue 37, page 39): counts_per_mm 24576. */
+#define APT_SCALE_Z6XX_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/** pot_velocity of Z6xx on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 24576. */
+#define APT_SCALE_Z6XX_KDC101_POT_VELOCITY APT_BRACED(INT64_C(24576), INT64_C(1))
+
+/**
+ * velocity of Z6xx on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s 8589934592/15625;
+ * printed as “550292.68”.
+ */
+#define APT_SCALE_Z6XX_KDC101_VELOCITY APT_BRACED(INT64_C(8589934592), INT64_C(15625))
+
+/**
+ * acceleration of Z6xx on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 137438953472/732421875; printed as “187.83”.
+ */
+#define APT_SCALE_Z6XX_KDC101_ACCELERATION APT_BRACED(INT64_C(137438953472), INT64_C(732421875))
+
+/* Z8: Z8 series DC servo actuator, 1.0 mm lead screw with a 67:1 gear head. TDC001: TDC001. */
+
+/**
+ * position of Z8 on TDC001, in mm (Issue 3, page 56): counts_per_mm 34304; printed as “512 x 67 =
+ * 34,304”.
  */
 #define APT_SCALE_Z8_TDC001_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * encoder_position of Z8 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 =
- * 34,304 encoder counts”.
+ * encoder_position of Z8 on TDC001, in mm (Issue 3, page 56): counts_per_mm 34304; printed as “512
+ * x 67 = 34,304 encoder counts”.
  */
 #define APT_SCALE_Z8_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * pot_velocity of Z8 on TDC001, in mm/s (page 56): counts_per_mm_per_s 34304; printed as “3430
- * Encoder Counts/sec = 0.1 mm/sec”.
+ * pot_velocity of Z8 on TDC001, in mm/s (Issue 3, page 56): counts_per_mm_per_s 34304; printed as
+ * “3430 Encoder Counts/sec = 0.1 mm/sec”.
  */
 #define APT_SCALE_Z8_TDC001_POT_VELOCITY APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * velocity of Z8 on TDC001, in mm/s (page 56): counts_per_mm_per_s 35970351104/46875; source: later
- * issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); Issue 3 gives none.
+ * velocity of Z8 on TDC001, in mm/s (Issue 3, page 56): counts_per_mm_per_s 35970351104/46875;
+ * source: later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); Issue
+ * 3 gives none.
  */
 #define APT_SCALE_Z8_TDC001_VELOCITY APT_BRACED(INT64_C(35970351104), INT64_C(46875))
 
 /*
- * acceleration of Z8 on TDC001, in mm/s^2 (page 56): no scale. Issue 3 gives none; later issues
- * print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
+ * acceleration of Z8 on TDC001, in mm/s^2 (Issue 3, page 56): no scale. Issue 3 gives none; later
+ * issues print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
  */
 
-/* Z806: Z806 actuator of the Z8 series. TDC001: TDC001, KDC101. */
+/* Z8: Z8 series DC servo actuator, 1.0 mm lead screw with a 67:1 gear head. KDC101: KDC101. */
 
 /**
- * position of Z806 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 = 34,304”.
+ * position of Z8 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z8_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/** encoder_position of Z8 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125. */
+#define APT_SCALE_Z8_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z8 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z8_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z8 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z8_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z8 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z806: Z806 actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z806 on TDC001, in mm (Issue 3, page 56): counts_per_mm 34304; printed as “512 x 67 =
+ * 34,304”.
  */
 #define APT_SCALE_Z806_TDC001_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * encoder_position of Z806 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 =
- * 34,304 encoder counts”.
+ * encoder_position of Z806 on TDC001, in mm (Issue 3, page 56): counts_per_mm 34304; printed as
+ * “512 x 67 = 34,304 encoder counts”.
  */
 #define APT_SCALE_Z806_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * pot_velocity of Z806 on TDC001, in mm/s (page 56): counts_per_mm_per_s 34304; printed as “3430
- * Encoder Counts/sec = 0.1 mm/sec”.
+ * pot_velocity of Z806 on TDC001, in mm/s (Issue 3, page 56): counts_per_mm_per_s 34304; printed as
+ * “3430 Encoder Counts/sec = 0.1 mm/sec”.
  */
 #define APT_SCALE_Z806_TDC001_POT_VELOCITY APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * velocity of Z806 on TDC001, in mm/s (page 56): counts_per_mm_per_s 35970351104/46875; source:
- * later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); Issue 3 gives
- * none.
+ * velocity of Z806 on TDC001, in mm/s (Issue 3, page 56): counts_per_mm_per_s 35970351104/46875;
+ * source: later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); Issue
+ * 3 gives none.
  */
 #define APT_SCALE_Z806_TDC001_VELOCITY APT_BRACED(INT64_C(35970351104), INT64_C(46875))
 
 /*
- * acceleration of Z806 on TDC001, in mm/s^2 (page 56): no scale. Issue 3 gives none; later issues
- * print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
+ * acceleration of Z806 on TDC001, in mm/s^2 (Issue 3, page 56): no scale. Issue 3 gives none; later
+ * issues print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
  */
 
-/* Z812: Z812 actuator of the Z8 series. TDC001: TDC001, KDC101. */
+/* Z806: Z806 actuator of the Z8 series. KDC101: KDC101. */
 
 /**
- * position of Z812 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 = 34,304”.
+ * position of Z806 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z806_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/** encoder_position of Z806 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125. */
+#define APT_SCALE_Z806_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z806 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z806_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z806 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z806_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z806 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z806_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z806V: Z806V actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z806V on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z806V_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z806V on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z806V_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z806V on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z806V_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z806V on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z806V_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z806V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z806V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z806V: Z806V actuator of the Z8 series. KDC101: KDC101. */
+
+/**
+ * position of Z806V on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z806V_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z806V on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z806V_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z806V on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z806V_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z806V on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z806V_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z806V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z806V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z812: Z812 actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z812 on TDC001, in mm (Issue 3, page 56): counts_per_mm 34304; printed as “512 x 67 =
+ * 34,304”.
  */
 #define APT_SCALE_Z812_TDC001_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * encoder_position of Z812 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 =
- * 34,304 encoder counts”.
+ * encoder_position of Z812 on TDC001, in mm (Issue 3, page 56): counts_per_mm 34304; printed as
+ * “512 x 67 = 34,304 encoder counts”.
  */
 #define APT_SCALE_Z812_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * pot_velocity of Z812 on TDC001, in mm/s (page 56): counts_per_mm_per_s 34304; printed as “3430
- * Encoder Counts/sec = 0.1 mm/sec”.
+ * pot_velocity of Z812 on TDC001, in mm/s (Issue 3, page 56): counts_per_mm_per_s 34304; printed as
+ * “3430 Encoder Counts/sec = 0.1 mm/sec”.
  */
 #define APT_SCALE_Z812_TDC001_POT_VELOCITY APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * velocity of Z812 on TDC001, in mm/s (page 56): counts_per_mm_per_s 35970351104/46875; source:
- * later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); Issue 3 gives
- * none.
+ * velocity of Z812 on TDC001, in mm/s (Issue 3, page 56): counts_per_mm_per_s 35970351104/46875;
+ * source: later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); Issue
+ * 3 gives none.
  */
 #define APT_SCALE_Z812_TDC001_VELOCITY APT_BRACED(INT64_C(35970351104), INT64_C(46875))
 
 /*
- * acceleration of Z812 on TDC001, in mm/s^2 (page 56): no scale. Issue 3 gives none; later issues
- * print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
+ * acceleration of Z812 on TDC001, in mm/s^2 (Issue 3, page 56): no scale. Issue 3 gives none; later
+ * issues print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
  */
 
-/* Z825: Z825 actuator of the Z8 series. TDC001: TDC001, KDC101. */
+/* Z812: Z812 actuator of the Z8 series. KDC101: KDC101. */
 
 /**
- * position of Z825 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 = 34,304”.
+ * position of Z812 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z812_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/** encoder_position of Z812 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125. */
+#define APT_SCALE_Z812_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z812 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z812_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z812 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z812_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z812 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z812_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z812B: Z812B actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z812B on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z812B_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z812B on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z812B_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z812B on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z812B_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z812B on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z812B_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z812B on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z812B_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z812B: Z812B actuator of the Z8 series. KDC101: KDC101. */
+
+/**
+ * position of Z812B on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z812B_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z812B on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z812B_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z812B on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z812B_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z812B on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z812B_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z812B on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z812B_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z812BV: Z812BV actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z812BV on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z812BV_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z812BV on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z812BV_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z812BV on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_Z812BV_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z812BV on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z812BV_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z812BV on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z812BV_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z812BV: Z812BV actuator of the Z8 series. KDC101: KDC101. */
+
+/**
+ * position of Z812BV on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z812BV_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z812BV on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z812BV_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z812BV on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_Z812BV_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z812BV on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z812BV_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z812BV on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z812BV_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z812V: Z812V actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z812V on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z812V_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z812V on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z812V_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z812V on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z812V_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z812V on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z812V_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z812V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z812V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z812V: Z812V actuator of the Z8 series. KDC101: KDC101. */
+
+/**
+ * position of Z812V on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z812V_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z812V on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z812V_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z812V on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z812V_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z812V on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z812V_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z812V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z812V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z825: Z825 actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z825 on TDC001, in mm (Issue 3, page 56): counts_per_mm 34304; printed as “512 x 67 =
+ * 34,304”.
  */
 #define APT_SCALE_Z825_TDC001_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * encoder_position of Z825 on TDC001, in mm (page 56): counts_per_mm 34304; printed as “512 x 67 =
- * 34,304 encoder counts”.
+ * encoder_position of Z825 on TDC001, in mm (Issue 3, page 56): counts_per_mm 34304; printed as
+ * “512 x 67 = 34,304 encoder counts”.
  */
 #define APT_SCALE_Z825_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * pot_velocity of Z825 on TDC001, in mm/s (page 56): counts_per_mm_per_s 34304; printed as “3430
- * Encoder Counts/sec = 0.1 mm/sec”.
+ * pot_velocity of Z825 on TDC001, in mm/s (Issue 3, page 56): counts_per_mm_per_s 34304; printed as
+ * “3430 Encoder Counts/sec = 0.1 mm/sec”.
  */
 #define APT_SCALE_Z825_TDC001_POT_VELOCITY APT_BRACED(INT64_C(34304), INT64_C(1))
 
 /**
- * velocity of Z825 on TDC001, in mm/s (page 56): counts_per_mm_per_s 35970351104/46875; source:
- * later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); Issue 3 gives
- * none.
+ * velocity of Z825 on TDC001, in mm/s (Issue 3, page 56): counts_per_mm_per_s 35970351104/46875;
+ * source: later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); Issue
+ * 3 gives none.
  */
 #define APT_SCALE_Z825_TDC001_VELOCITY APT_BRACED(INT64_C(35970351104), INT64_C(46875))
 
 /*
- * acceleration of Z825 on TDC001, in mm/s^2 (page 56): no scale. Issue 3 gives none; later issues
- * print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
+ * acceleration of Z825 on TDC001, in mm/s^2 (Issue 3, page 56): no scale. Issue 3 gives none; later
+ * issues print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
  */
+
+/* Z825: Z825 actuator of the Z8 series. KDC101: KDC101. */
+
+/**
+ * position of Z825 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z825_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/** encoder_position of Z825 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125. */
+#define APT_SCALE_Z825_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z825 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z825_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z825 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z825_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z825 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z825_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z825B: Z825B actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z825B on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z825B_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z825B on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z825B_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z825B on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z825B_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z825B on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z825B_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z825B on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z825B_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z825B: Z825B actuator of the Z8 series. KDC101: KDC101. */
+
+/**
+ * position of Z825B on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z825B_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z825B on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z825B_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z825B on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z825B_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z825B on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z825B_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z825B on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z825B_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z825BV: Z825BV actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z825BV on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z825BV_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z825BV on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z825BV_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z825BV on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_Z825BV_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z825BV on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z825BV_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z825BV on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z825BV_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z825BV: Z825BV actuator of the Z8 series. KDC101: KDC101. */
+
+/**
+ * position of Z825BV on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z825BV_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z825BV on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z825BV_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z825BV on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_Z825BV_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z825BV on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z825BV_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z825BV on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z825BV_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z825V: Z825V actuator of the Z8 series. TDC001: TDC001. */
+
+/**
+ * position of Z825V on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z825V_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z825V on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z825V_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z825V on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z825V_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z825V on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z825V_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z825V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z825V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z825V: Z825V actuator of the Z8 series. KDC101: KDC101. */
+
+/**
+ * position of Z825V on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z825V_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z825V on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z825V_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z825V on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z825V_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z825V on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z825V_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z825V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z825V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z8xx: Z8 series DC servo actuator as Issue 37 describes it. TDC001: TDC001. */
+
+/**
+ * position of Z8xx on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z8XX_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z8xx on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z8XX_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z8xx on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z8XX_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z8xx on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z8XX_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z8xx on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z8XX_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z8xx: Z8 series DC servo actuator as Issue 37 describes it. KDC101: KDC101. */
+
+/**
+ * position of Z8xx on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z8XX_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z8xx on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z8XX_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z8xx on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z8XX_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z8xx on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z8XX_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z8xx on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z8XX_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z906: Z906 actuator of the Z9 series. TDC001: TDC001. */
+
+/**
+ * position of Z906 on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z906_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z906 on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z906_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z906 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z906_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z906 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z906_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z906 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z906_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z906: Z906 actuator of the Z9 series. KDC101: KDC101. */
+
+/**
+ * position of Z906 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z906_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z906 on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z906_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z906 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z906_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z906 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z906_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z906 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z906_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z906V: Z906V actuator of the Z9 series. TDC001: TDC001. */
+
+/**
+ * position of Z906V on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z906V_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z906V on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z906V_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z906V on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z906V_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z906V on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z906V_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z906V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z906V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z906V: Z906V actuator of the Z9 series. KDC101: KDC101. */
+
+/**
+ * position of Z906V on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z906V_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z906V on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z906V_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z906V on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z906V_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z906V on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z906V_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z906V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z906V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z912: Z912 actuator of the Z9 series. TDC001: TDC001. */
+
+/**
+ * position of Z912 on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z912_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z912 on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z912_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z912 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z912_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z912 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z912_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z912 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z912_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z912: Z912 actuator of the Z9 series. KDC101: KDC101. */
+
+/**
+ * position of Z912 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z912_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z912 on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z912_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z912 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z912_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z912 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z912_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z912 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z912_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z912B: Z912B actuator of the Z9 series. TDC001: TDC001. */
+
+/**
+ * position of Z912B on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z912B_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z912B on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z912B_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z912B on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z912B_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z912B on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z912B_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z912B on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z912B_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z912B: Z912B actuator of the Z9 series. KDC101: KDC101. */
+
+/**
+ * position of Z912B on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z912B_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z912B on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z912B_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z912B on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z912B_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z912B on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z912B_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z912B on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z912B_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z912BV: Z912BV actuator of the Z9 series. TDC001: TDC001. */
+
+/**
+ * position of Z912BV on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z912BV_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z912BV on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z912BV_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z912BV on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_Z912BV_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z912BV on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z912BV_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z912BV on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z912BV_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z912BV: Z912BV actuator of the Z9 series. KDC101: KDC101. */
+
+/**
+ * position of Z912BV on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z912BV_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z912BV on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z912BV_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z912BV on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_Z912BV_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z912BV on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z912BV_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z912BV on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z912BV_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z912V: Z912V actuator of the Z9 series. TDC001: TDC001. */
+
+/**
+ * position of Z912V on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z912V_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z912V on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z912V_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z912V on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z912V_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z912V on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z912V_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z912V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z912V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z912V: Z912V actuator of the Z9 series. KDC101: KDC101. */
+
+/**
+ * position of Z912V on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z912V_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z912V on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z912V_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z912V on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z912V_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z912V on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z912V_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z912V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z912V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z925: Z925 actuator of the Z9 series. TDC001: TDC001. */
+
+/**
+ * position of Z925 on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z925_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z925 on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z925_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z925 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z925_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z925 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z925_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z925 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z925_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z925: Z925 actuator of the Z9 series. KDC101: KDC101. */
+
+/**
+ * position of Z925 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z925_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z925 on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z925_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z925 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z925_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z925 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z925_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z925 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z925_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z925B: Z925B actuator of the Z9 series. TDC001: TDC001. */
+
+/**
+ * position of Z925B on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z925B_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z925B on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z925B_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z925B on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z925B_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z925B on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z925B_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z925B on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z925B_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z925B: Z925B actuator of the Z9 series. KDC101: KDC101. */
+
+/**
+ * position of Z925B on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z925B_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z925B on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z925B_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z925B on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z925B_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z925B on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z925B_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z925B on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z925B_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z925BV: Z925BV actuator of the Z9 series. TDC001: TDC001. */
+
+/**
+ * position of Z925BV on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z925BV_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z925BV on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z925BV_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z925BV on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_Z925BV_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z925BV on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z925BV_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z925BV on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z925BV_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z925BV: Z925BV actuator of the Z9 series. KDC101: KDC101. */
+
+/**
+ * position of Z925BV on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z925BV_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z925BV on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z925BV_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z925BV on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_Z925BV_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z925BV on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z925BV_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z925BV on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z925BV_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z925V: Z925V actuator of the Z9 series. TDC001: TDC001. */
+
+/**
+ * position of Z925V on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z925V_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z925V on TDC001, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z925V_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z925V on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z925V_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z925V on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z925V_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z925V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z925V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* Z925V: Z925V actuator of the Z9 series. KDC101: KDC101. */
+
+/**
+ * position of Z925V on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed as
+ * “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_Z925V_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of Z925V on KDC101, in mm (Issue 37, page 98): counts_per_mm 107984256/3125;
+ * printed as “512 x 67 = 34,304 encoder counts”; note: 0.73 % more than the example on the page.
+ */
+#define APT_SCALE_Z925V_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of Z925V on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s 107984256/3125.
+ */
+#define APT_SCALE_Z925V_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of Z925V on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_Z925V_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of Z925V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_Z925V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/*
+ * ZFS: ZFS series stepper actuator, 24 full steps with a 400:9 gear head. STEPPER_128: BSC001,
+ * BSC002, BSC101, BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of ZFS on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 409600/3; printed as
+ * “136533.33”.
+ */
+#define APT_SCALE_ZFS_STEPPER_128_POSITION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * velocity of ZFS on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 409600/3;
+ * printed as “136533.33”.
+ */
+#define APT_SCALE_ZFS_STEPPER_128_VELOCITY APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * acceleration of ZFS on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2 409600/3;
+ * printed as “136533.33”.
+ */
+#define APT_SCALE_ZFS_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/*
+ * ZFS: ZFS series stepper actuator, 24 full steps with a 400:9 gear head. STEPPER_2048: KST101,
+ * KST201, TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZFS on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 6553600/3; printed as
+ * “2184533.33”.
+ */
+#define APT_SCALE_ZFS_STEPPER_2048_POSITION APT_BRACED(INT64_C(6553600), INT64_C(3))
+
+/**
+ * velocity of ZFS on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 351797248/3;
+ * printed as “117265749.2”.
+ */
+#define APT_SCALE_ZFS_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(351797248), INT64_C(3))
+
+/**
+ * acceleration of ZFS on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 65536000/2727; printed as “24111.85”; note: 2184533.33 / 90.9; the printed figure is 0.33 % more.
+ */
+#define APT_SCALE_ZFS_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(65536000), INT64_C(2727))
+
+/*
+ * ZFS06 (ZFS6, ZFS6(B), ZFS206): ZFS06 actuator of the ZFS series. STEPPER_128: BSC001, BSC002,
+ * BSC101, BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of ZFS06 on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 409600/3; printed as
+ * “136533.33”.
+ */
+#define APT_SCALE_ZFS06_STEPPER_128_POSITION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * velocity of ZFS06 on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 409600/3;
+ * printed as “136533.33”.
+ */
+#define APT_SCALE_ZFS06_STEPPER_128_VELOCITY APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * acceleration of ZFS06 on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 409600/3; printed as “136533.33”.
+ */
+#define APT_SCALE_ZFS06_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/*
+ * ZFS06 (ZFS6, ZFS6(B), ZFS206): ZFS06 actuator of the ZFS series. STEPPER_2048: KST101, KST201,
+ * TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZFS06 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 6553600/3; printed as
+ * “2184533.33”.
+ */
+#define APT_SCALE_ZFS06_STEPPER_2048_POSITION APT_BRACED(INT64_C(6553600), INT64_C(3))
+
+/**
+ * velocity of ZFS06 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 351797248/3;
+ * printed as “117265749.2”.
+ */
+#define APT_SCALE_ZFS06_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(351797248), INT64_C(3))
+
+/**
+ * acceleration of ZFS06 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 65536000/2727; printed as “24111.85”; note: 2184533.33 / 90.9; the printed figure is 0.33 % more.
+ */
+#define APT_SCALE_ZFS06_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(65536000), INT64_C(2727))
+
+/*
+ * ZFS13 (ZFS13(B), ZFS213): ZFS13 actuator of the ZFS series. STEPPER_128: BSC001, BSC002, BSC101,
+ * BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of ZFS13 on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 409600/3; printed as
+ * “136533.33”.
+ */
+#define APT_SCALE_ZFS13_STEPPER_128_POSITION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * velocity of ZFS13 on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 409600/3;
+ * printed as “136533.33”.
+ */
+#define APT_SCALE_ZFS13_STEPPER_128_VELOCITY APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * acceleration of ZFS13 on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 409600/3; printed as “136533.33”.
+ */
+#define APT_SCALE_ZFS13_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/*
+ * ZFS13 (ZFS13(B), ZFS213): ZFS13 actuator of the ZFS series. STEPPER_2048: KST101, KST201, TST101,
+ * BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZFS13 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 6553600/3; printed as
+ * “2184533.33”.
+ */
+#define APT_SCALE_ZFS13_STEPPER_2048_POSITION APT_BRACED(INT64_C(6553600), INT64_C(3))
+
+/**
+ * velocity of ZFS13 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 351797248/3;
+ * printed as “117265749.2”.
+ */
+#define APT_SCALE_ZFS13_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(351797248), INT64_C(3))
+
+/**
+ * acceleration of ZFS13 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 65536000/2727; printed as “24111.85”; note: 2184533.33 / 90.9; the printed figure is 0.33 % more.
+ */
+#define APT_SCALE_ZFS13_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(65536000), INT64_C(2727))
+
+/*
+ * ZFS13B: ZFS13B actuator of the ZFS series. STEPPER_128: BSC001, BSC002, BSC101, BSC102, BSC103,
+ * MST601, TST001.
+ */
+
+/**
+ * position of ZFS13B on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 409600/3; printed as
+ * “136533.33”.
+ */
+#define APT_SCALE_ZFS13B_STEPPER_128_POSITION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * velocity of ZFS13B on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 409600/3;
+ * printed as “136533.33”.
+ */
+#define APT_SCALE_ZFS13B_STEPPER_128_VELOCITY APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * acceleration of ZFS13B on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 409600/3; printed as “136533.33”.
+ */
+#define APT_SCALE_ZFS13B_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/*
+ * ZFS13B: ZFS13B actuator of the ZFS series. STEPPER_2048: KST101, KST201, TST101, BSC201, BSC202,
+ * BSC203, MST602.
+ */
+
+/**
+ * position of ZFS13B on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 6553600/3; printed
+ * as “2184533.33”.
+ */
+#define APT_SCALE_ZFS13B_STEPPER_2048_POSITION APT_BRACED(INT64_C(6553600), INT64_C(3))
+
+/**
+ * velocity of ZFS13B on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 351797248/3;
+ * printed as “117265749.2”.
+ */
+#define APT_SCALE_ZFS13B_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(351797248), INT64_C(3))
+
+/**
+ * acceleration of ZFS13B on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 65536000/2727; printed as “24111.85”; note: 2184533.33 / 90.9; the printed figure is 0.33 % more.
+ */
+#define APT_SCALE_ZFS13B_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(65536000), INT64_C(2727))
+
+/*
+ * ZFS25B (ZFS25(B), ZFS25, ZFS225): ZFS25B actuator of the ZFS series. STEPPER_128: BSC001, BSC002,
+ * BSC101, BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of ZFS25B on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 409600/3; printed as
+ * “136533.33”.
+ */
+#define APT_SCALE_ZFS25B_STEPPER_128_POSITION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * velocity of ZFS25B on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 409600/3;
+ * printed as “136533.33”.
+ */
+#define APT_SCALE_ZFS25B_STEPPER_128_VELOCITY APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/**
+ * acceleration of ZFS25B on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 409600/3; printed as “136533.33”.
+ */
+#define APT_SCALE_ZFS25B_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(409600), INT64_C(3))
+
+/*
+ * ZFS25B (ZFS25(B), ZFS25, ZFS225): ZFS25B actuator of the ZFS series. STEPPER_2048: KST101,
+ * KST201, TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZFS25B on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 6553600/3; printed
+ * as “2184533.33”.
+ */
+#define APT_SCALE_ZFS25B_STEPPER_2048_POSITION APT_BRACED(INT64_C(6553600), INT64_C(3))
+
+/**
+ * velocity of ZFS25B on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s 351797248/3;
+ * printed as “117265749.2”.
+ */
+#define APT_SCALE_ZFS25B_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(351797248), INT64_C(3))
+
+/**
+ * acceleration of ZFS25B on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 65536000/2727; printed as “24111.85”; note: 2184533.33 / 90.9; the printed figure is 0.33 % more.
+ */
+#define APT_SCALE_ZFS25B_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(65536000), INT64_C(2727))
+
+/*
+ * ZST: ZST series stepper actuator, 24 full steps with a 40.866:1 gear head. STEPPER_128: BSC001,
+ * BSC002, BSC101, BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of ZST on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 15692544/125; printed as
+ * “125540.35”; evidence: vendor program; note: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor
+ * has 24 x 41 full steps per 1.00329 mm, which is less than 0.001 % apart.
+ */
+#define APT_SCALE_ZST_STEPPER_128_POSITION APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * velocity of ZST on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 15692544/125;
+ * printed as “125540.35”.
+ */
+#define APT_SCALE_ZST_STEPPER_128_VELOCITY APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * acceleration of ZST on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/*
+ * ZST: ZST series stepper actuator, 24 full steps with a 40.866:1 gear head. STEPPER_2048: KST101,
+ * KST201, TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZST on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 251080704/125; printed
+ * as “2008645.63”; evidence: vendor program; note: ThorlabsDefaultSettings.xml 1.14.52.1 of the
+ * vendor has 24 x 41 full steps per 1.00329 mm, which is less than 0.001 % apart.
+ */
+#define APT_SCALE_ZST_STEPPER_2048_POSITION APT_BRACED(INT64_C(251080704), INT64_C(125))
+
+/**
+ * velocity of ZST on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s
+ * 336950304768/3125; printed as “107824097.5”.
+ */
+#define APT_SCALE_ZST_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(336950304768), INT64_C(3125))
+
+/**
+ * acceleration of ZST on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 55795712/2525; printed as “22097.3”.
+ */
+#define APT_SCALE_ZST_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(55795712), INT64_C(2525))
+
+/*
+ * ZST13 (ZST13B, ZST13(B)): ZST13 actuator, one of the types ZST_LEGACY of page 122. STEPPER_128:
+ * BSC001, BSC002, BSC101, BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of ZST13 on STEPPER_128 according to document, which contradicts vendor, in mm (Issue
+ * 37, page 40): counts_per_mm 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST13_STEPPER_128_POSITION_DOCUMENT APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * position of ZST13 on STEPPER_128 according to vendor, which contradicts document, in mm (Issue
+ * 37, page 40): counts_per_mm 466944; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * ZST13(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST13_STEPPER_128_POSITION_VENDOR APT_BRACED(INT64_C(466944), INT64_C(1))
+
+/**
+ * velocity of ZST13 on STEPPER_128 according to document, which contradicts vendor, in mm/s (Issue
+ * 37, page 40): counts_per_mm_per_s 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST13_STEPPER_128_VELOCITY_DOCUMENT APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * velocity of ZST13 on STEPPER_128 according to vendor, which contradicts document, in mm/s (Issue
+ * 37, page 40): counts_per_mm_per_s 466944; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the
+ * vendor, ZST13(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST13_STEPPER_128_VELOCITY_VENDOR APT_BRACED(INT64_C(466944), INT64_C(1))
+
+/**
+ * acceleration of ZST13 on STEPPER_128 according to document, which contradicts vendor, in mm/s^2
+ * (Issue 37, page 40): counts_per_mm_per_s2 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST13_STEPPER_128_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * acceleration of ZST13 on STEPPER_128 according to vendor, which contradicts document, in mm/s^2
+ * (Issue 37, page 40): counts_per_mm_per_s2 466944; source: ThorlabsDefaultSettings.xml 1.14.52.1
+ * of the vendor, ZST13(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST13_STEPPER_128_ACCELERATION_VENDOR APT_BRACED(INT64_C(466944), INT64_C(1))
+
+/*
+ * ZST13 (ZST13B, ZST13(B)): ZST13 actuator, one of the types ZST_LEGACY of page 122. STEPPER_2048:
+ * KST101, KST201, TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZST13 on STEPPER_2048 according to document, which contradicts vendor, in mm (Issue
+ * 37, page 41): counts_per_mm 251080704/125; printed as “2008645.63”.
+ */
+#define APT_SCALE_ZST13_STEPPER_2048_POSITION_DOCUMENT APT_BRACED(INT64_C(251080704), INT64_C(125))
+
+/**
+ * position of ZST13 on STEPPER_2048 according to vendor, which contradicts document, in mm (Issue
+ * 37, page 40): counts_per_mm 7471104; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * ZST13(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST13_STEPPER_2048_POSITION_VENDOR APT_BRACED(INT64_C(7471104), INT64_C(1))
+
+/**
+ * velocity of ZST13 on STEPPER_2048 according to document, which contradicts vendor, in mm/s (Issue
+ * 37, page 41): counts_per_mm_per_s 336950304768/3125; printed as “107824097.5”.
+ */
+#define APT_SCALE_ZST13_STEPPER_2048_VELOCITY_DOCUMENT \
+    APT_BRACED(INT64_C(336950304768), INT64_C(3125))
+
+/**
+ * velocity of ZST13 on STEPPER_2048 according to vendor, which contradicts document, in mm/s (Issue
+ * 37, page 40): counts_per_mm_per_s 10026221568/25; source: ThorlabsDefaultSettings.xml 1.14.52.1
+ * of the vendor, ZST13(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST13_STEPPER_2048_VELOCITY_VENDOR APT_BRACED(INT64_C(10026221568), INT64_C(25))
+
+/**
+ * acceleration of ZST13 on STEPPER_2048 according to document, which contradicts vendor, in mm/s^2
+ * (Issue 37, page 41): counts_per_mm_per_s2 55795712/2525; printed as “22097.3”.
+ */
+#define APT_SCALE_ZST13_STEPPER_2048_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(55795712), INT64_C(2525))
+
+/**
+ * acceleration of ZST13 on STEPPER_2048 according to vendor, which contradicts document, in mm/s^2
+ * (Issue 37, page 40): counts_per_mm_per_s2 24903680/303; source: ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor, ZST13(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor
+ * program.
+ */
+#define APT_SCALE_ZST13_STEPPER_2048_ACCELERATION_VENDOR APT_BRACED(INT64_C(24903680), INT64_C(303))
+
+/*
+ * ZST206 (ZST206(B)): ZST206 actuator of the ZST series. STEPPER_128: BSC001, BSC002, BSC101,
+ * BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of ZST206 on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 15692544/125; printed
+ * as “125540.35”; evidence: vendor program; note: ThorlabsDefaultSettings.xml 1.14.52.1 of the
+ * vendor has 24 x 41 full steps per 1.00329 mm, which is less than 0.001 % apart.
+ */
+#define APT_SCALE_ZST206_STEPPER_128_POSITION APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * velocity of ZST206 on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 15692544/125;
+ * printed as “125540.35”.
+ */
+#define APT_SCALE_ZST206_STEPPER_128_VELOCITY APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * acceleration of ZST206 on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST206_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/*
+ * ZST206 (ZST206(B)): ZST206 actuator of the ZST series. STEPPER_2048: KST101, KST201, TST101,
+ * BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZST206 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 251080704/125;
+ * printed as “2008645.63”; evidence: vendor program; note: ThorlabsDefaultSettings.xml 1.14.52.1 of
+ * the vendor has 24 x 41 full steps per 1.00329 mm, which is less than 0.001 % apart.
+ */
+#define APT_SCALE_ZST206_STEPPER_2048_POSITION APT_BRACED(INT64_C(251080704), INT64_C(125))
+
+/**
+ * velocity of ZST206 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s
+ * 336950304768/3125; printed as “107824097.5”.
+ */
+#define APT_SCALE_ZST206_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(336950304768), INT64_C(3125))
+
+/**
+ * acceleration of ZST206 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 55795712/2525; printed as “22097.3”.
+ */
+#define APT_SCALE_ZST206_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(55795712), INT64_C(2525))
+
+/*
+ * ZST213 (ZST213(B)): ZST213 actuator of the ZST series. STEPPER_128: BSC001, BSC002, BSC101,
+ * BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of ZST213 on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 15692544/125; printed
+ * as “125540.35”; evidence: vendor program; note: ThorlabsDefaultSettings.xml 1.14.52.1 of the
+ * vendor has 24 x 41 full steps per 1.00329 mm, which is less than 0.001 % apart.
+ */
+#define APT_SCALE_ZST213_STEPPER_128_POSITION APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * velocity of ZST213 on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s 15692544/125;
+ * printed as “125540.35”.
+ */
+#define APT_SCALE_ZST213_STEPPER_128_VELOCITY APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * acceleration of ZST213 on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST213_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/*
+ * ZST213 (ZST213(B)): ZST213 actuator of the ZST series. STEPPER_2048: KST101, KST201, TST101,
+ * BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZST213 on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 251080704/125;
+ * printed as “2008645.63”; evidence: vendor program; note: ThorlabsDefaultSettings.xml 1.14.52.1 of
+ * the vendor has 24 x 41 full steps per 1.00329 mm, which is less than 0.001 % apart.
+ */
+#define APT_SCALE_ZST213_STEPPER_2048_POSITION APT_BRACED(INT64_C(251080704), INT64_C(125))
+
+/**
+ * velocity of ZST213 on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s
+ * 336950304768/3125; printed as “107824097.5”.
+ */
+#define APT_SCALE_ZST213_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(336950304768), INT64_C(3125))
+
+/**
+ * acceleration of ZST213 on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 55795712/2525; printed as “22097.3”.
+ */
+#define APT_SCALE_ZST213_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(55795712), INT64_C(2525))
+
+/*
+ * ZST213B: ZST213B actuator of the ZST series. STEPPER_128: BSC001, BSC002, BSC101, BSC102, BSC103,
+ * MST601, TST001.
+ */
+
+/**
+ * position of ZST213B on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 15692544/125;
+ * printed as “125540.35”; evidence: vendor program; note: ThorlabsDefaultSettings.xml 1.14.52.1 of
+ * the vendor has 24 x 41 full steps per 1.00329 mm, which is less than 0.001 % apart.
+ */
+#define APT_SCALE_ZST213B_STEPPER_128_POSITION APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * velocity of ZST213B on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s
+ * 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST213B_STEPPER_128_VELOCITY APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * acceleration of ZST213B on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST213B_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/*
+ * ZST213B: ZST213B actuator of the ZST series. STEPPER_2048: KST101, KST201, TST101, BSC201,
+ * BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZST213B on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 251080704/125;
+ * printed as “2008645.63”; evidence: vendor program; note: ThorlabsDefaultSettings.xml 1.14.52.1 of
+ * the vendor has 24 x 41 full steps per 1.00329 mm, which is less than 0.001 % apart.
+ */
+#define APT_SCALE_ZST213B_STEPPER_2048_POSITION APT_BRACED(INT64_C(251080704), INT64_C(125))
+
+/**
+ * velocity of ZST213B on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s
+ * 336950304768/3125; printed as “107824097.5”.
+ */
+#define APT_SCALE_ZST213B_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(336950304768), INT64_C(3125))
+
+/**
+ * acceleration of ZST213B on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 55795712/2525; printed as “22097.3”.
+ */
+#define APT_SCALE_ZST213B_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(55795712), INT64_C(2525))
+
+/*
+ * ZST225B (ZST225(B), ZST225): ZST225B actuator of the ZST series. STEPPER_128: BSC001, BSC002,
+ * BSC101, BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of ZST225B on STEPPER_128, in mm (Issue 37, page 40): counts_per_mm 15692544/125;
+ * printed as “125540.35”; evidence: vendor program; note: ThorlabsDefaultSettings.xml 1.14.52.1 of
+ * the vendor has 24 x 41 full steps per 1.00329 mm, which is less than 0.001 % apart.
+ */
+#define APT_SCALE_ZST225B_STEPPER_128_POSITION APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * velocity of ZST225B on STEPPER_128, in mm/s (Issue 37, page 40): counts_per_mm_per_s
+ * 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST225B_STEPPER_128_VELOCITY APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * acceleration of ZST225B on STEPPER_128, in mm/s^2 (Issue 37, page 40): counts_per_mm_per_s2
+ * 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST225B_STEPPER_128_ACCELERATION APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/*
+ * ZST225B (ZST225(B), ZST225): ZST225B actuator of the ZST series. STEPPER_2048: KST101, KST201,
+ * TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZST225B on STEPPER_2048, in mm (Issue 37, page 41): counts_per_mm 251080704/125;
+ * printed as “2008645.63”; evidence: vendor program; note: ThorlabsDefaultSettings.xml 1.14.52.1 of
+ * the vendor has 24 x 41 full steps per 1.00329 mm, which is less than 0.001 % apart.
+ */
+#define APT_SCALE_ZST225B_STEPPER_2048_POSITION APT_BRACED(INT64_C(251080704), INT64_C(125))
+
+/**
+ * velocity of ZST225B on STEPPER_2048, in mm/s (Issue 37, page 41): counts_per_mm_per_s
+ * 336950304768/3125; printed as “107824097.5”.
+ */
+#define APT_SCALE_ZST225B_STEPPER_2048_VELOCITY APT_BRACED(INT64_C(336950304768), INT64_C(3125))
+
+/**
+ * acceleration of ZST225B on STEPPER_2048, in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2
+ * 55795712/2525; printed as “22097.3”.
+ */
+#define APT_SCALE_ZST225B_STEPPER_2048_ACCELERATION APT_BRACED(INT64_C(55795712), INT64_C(2525))
+
+/*
+ * ZST25 (ZST25B, ZST25(B)): ZST25 actuator, one of the types ZST_LEGACY of page 122. STEPPER_128:
+ * BSC001, BSC002, BSC101, BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of ZST25 on STEPPER_128 according to document, which contradicts vendor, in mm (Issue
+ * 37, page 40): counts_per_mm 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST25_STEPPER_128_POSITION_DOCUMENT APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * position of ZST25 on STEPPER_128 according to vendor, which contradicts document, in mm (Issue
+ * 37, page 40): counts_per_mm 466944; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * ZST25(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST25_STEPPER_128_POSITION_VENDOR APT_BRACED(INT64_C(466944), INT64_C(1))
+
+/**
+ * velocity of ZST25 on STEPPER_128 according to document, which contradicts vendor, in mm/s (Issue
+ * 37, page 40): counts_per_mm_per_s 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST25_STEPPER_128_VELOCITY_DOCUMENT APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * velocity of ZST25 on STEPPER_128 according to vendor, which contradicts document, in mm/s (Issue
+ * 37, page 40): counts_per_mm_per_s 466944; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the
+ * vendor, ZST25(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST25_STEPPER_128_VELOCITY_VENDOR APT_BRACED(INT64_C(466944), INT64_C(1))
+
+/**
+ * acceleration of ZST25 on STEPPER_128 according to document, which contradicts vendor, in mm/s^2
+ * (Issue 37, page 40): counts_per_mm_per_s2 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST25_STEPPER_128_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * acceleration of ZST25 on STEPPER_128 according to vendor, which contradicts document, in mm/s^2
+ * (Issue 37, page 40): counts_per_mm_per_s2 466944; source: ThorlabsDefaultSettings.xml 1.14.52.1
+ * of the vendor, ZST25(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST25_STEPPER_128_ACCELERATION_VENDOR APT_BRACED(INT64_C(466944), INT64_C(1))
+
+/*
+ * ZST25 (ZST25B, ZST25(B)): ZST25 actuator, one of the types ZST_LEGACY of page 122. STEPPER_2048:
+ * KST101, KST201, TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZST25 on STEPPER_2048 according to document, which contradicts vendor, in mm (Issue
+ * 37, page 41): counts_per_mm 251080704/125; printed as “2008645.63”.
+ */
+#define APT_SCALE_ZST25_STEPPER_2048_POSITION_DOCUMENT APT_BRACED(INT64_C(251080704), INT64_C(125))
+
+/**
+ * position of ZST25 on STEPPER_2048 according to vendor, which contradicts document, in mm (Issue
+ * 37, page 40): counts_per_mm 7471104; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * ZST25(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST25_STEPPER_2048_POSITION_VENDOR APT_BRACED(INT64_C(7471104), INT64_C(1))
+
+/**
+ * velocity of ZST25 on STEPPER_2048 according to document, which contradicts vendor, in mm/s (Issue
+ * 37, page 41): counts_per_mm_per_s 336950304768/3125; printed as “107824097.5”.
+ */
+#define APT_SCALE_ZST25_STEPPER_2048_VELOCITY_DOCUMENT \
+    APT_BRACED(INT64_C(336950304768), INT64_C(3125))
+
+/**
+ * velocity of ZST25 on STEPPER_2048 according to vendor, which contradicts document, in mm/s (Issue
+ * 37, page 40): counts_per_mm_per_s 10026221568/25; source: ThorlabsDefaultSettings.xml 1.14.52.1
+ * of the vendor, ZST25(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST25_STEPPER_2048_VELOCITY_VENDOR APT_BRACED(INT64_C(10026221568), INT64_C(25))
+
+/**
+ * acceleration of ZST25 on STEPPER_2048 according to document, which contradicts vendor, in mm/s^2
+ * (Issue 37, page 41): counts_per_mm_per_s2 55795712/2525; printed as “22097.3”.
+ */
+#define APT_SCALE_ZST25_STEPPER_2048_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(55795712), INT64_C(2525))
+
+/**
+ * acceleration of ZST25 on STEPPER_2048 according to vendor, which contradicts document, in mm/s^2
+ * (Issue 37, page 40): counts_per_mm_per_s2 24903680/303; source: ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor, ZST25(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor
+ * program.
+ */
+#define APT_SCALE_ZST25_STEPPER_2048_ACCELERATION_VENDOR APT_BRACED(INT64_C(24903680), INT64_C(303))
+
+/*
+ * ZST6 (ZST6B, ZST6(B)): ZST6 actuator, one of the types ZST_LEGACY of page 122. STEPPER_128:
+ * BSC001, BSC002, BSC101, BSC102, BSC103, MST601, TST001.
+ */
+
+/**
+ * position of ZST6 on STEPPER_128 according to document, which contradicts vendor, in mm (Issue 37,
+ * page 40): counts_per_mm 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST6_STEPPER_128_POSITION_DOCUMENT APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * position of ZST6 on STEPPER_128 according to vendor, which contradicts document, in mm (Issue 37,
+ * page 40): counts_per_mm 466944; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * ZST6(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST6_STEPPER_128_POSITION_VENDOR APT_BRACED(INT64_C(466944), INT64_C(1))
+
+/**
+ * velocity of ZST6 on STEPPER_128 according to document, which contradicts vendor, in mm/s (Issue
+ * 37, page 40): counts_per_mm_per_s 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST6_STEPPER_128_VELOCITY_DOCUMENT APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * velocity of ZST6 on STEPPER_128 according to vendor, which contradicts document, in mm/s (Issue
+ * 37, page 40): counts_per_mm_per_s 466944; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the
+ * vendor, ZST6(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST6_STEPPER_128_VELOCITY_VENDOR APT_BRACED(INT64_C(466944), INT64_C(1))
+
+/**
+ * acceleration of ZST6 on STEPPER_128 according to document, which contradicts vendor, in mm/s^2
+ * (Issue 37, page 40): counts_per_mm_per_s2 15692544/125; printed as “125540.35”.
+ */
+#define APT_SCALE_ZST6_STEPPER_128_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(15692544), INT64_C(125))
+
+/**
+ * acceleration of ZST6 on STEPPER_128 according to vendor, which contradicts document, in mm/s^2
+ * (Issue 37, page 40): counts_per_mm_per_s2 466944; source: ThorlabsDefaultSettings.xml 1.14.52.1
+ * of the vendor, ZST6(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST6_STEPPER_128_ACCELERATION_VENDOR APT_BRACED(INT64_C(466944), INT64_C(1))
+
+/*
+ * ZST6 (ZST6B, ZST6(B)): ZST6 actuator, one of the types ZST_LEGACY of page 122. STEPPER_2048:
+ * KST101, KST201, TST101, BSC201, BSC202, BSC203, MST602.
+ */
+
+/**
+ * position of ZST6 on STEPPER_2048 according to document, which contradicts vendor, in mm (Issue
+ * 37, page 41): counts_per_mm 251080704/125; printed as “2008645.63”.
+ */
+#define APT_SCALE_ZST6_STEPPER_2048_POSITION_DOCUMENT APT_BRACED(INT64_C(251080704), INT64_C(125))
+
+/**
+ * position of ZST6 on STEPPER_2048 according to vendor, which contradicts document, in mm (Issue
+ * 37, page 40): counts_per_mm 7471104; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
+ * ZST6(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST6_STEPPER_2048_POSITION_VENDOR APT_BRACED(INT64_C(7471104), INT64_C(1))
+
+/**
+ * velocity of ZST6 on STEPPER_2048 according to document, which contradicts vendor, in mm/s (Issue
+ * 37, page 41): counts_per_mm_per_s 336950304768/3125; printed as “107824097.5”.
+ */
+#define APT_SCALE_ZST6_STEPPER_2048_VELOCITY_DOCUMENT \
+    APT_BRACED(INT64_C(336950304768), INT64_C(3125))
+
+/**
+ * velocity of ZST6 on STEPPER_2048 according to vendor, which contradicts document, in mm/s (Issue
+ * 37, page 40): counts_per_mm_per_s 10026221568/25; source: ThorlabsDefaultSettings.xml 1.14.52.1
+ * of the vendor, ZST6(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor program.
+ */
+#define APT_SCALE_ZST6_STEPPER_2048_VELOCITY_VENDOR APT_BRACED(INT64_C(10026221568), INT64_C(25))
+
+/**
+ * acceleration of ZST6 on STEPPER_2048 according to document, which contradicts vendor, in mm/s^2
+ * (Issue 37, page 41): counts_per_mm_per_s2 55795712/2525; printed as “22097.3”.
+ */
+#define APT_SCALE_ZST6_STEPPER_2048_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(55795712), INT64_C(2525))
+
+/**
+ * acceleration of ZST6 on STEPPER_2048 according to vendor, which contradicts document, in mm/s^2
+ * (Issue 37, page 40): counts_per_mm_per_s2 24903680/303; source: ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor, ZST6(B): 24 x 76 full steps per turn of 0.5 mm; evidence: vendor
+ * program.
+ */
+#define APT_SCALE_ZST6_STEPPER_2048_ACCELERATION_VENDOR APT_BRACED(INT64_C(24903680), INT64_C(303))
 
 /* Scales that depend on a setting */
 
@@ -716,8 +8027,8 @@ static inline apt_status apt_scale_of_share(
 }
 
 /**
- * lut_output when lut_value_type is VOLTAGE, in V (page 106): 32767 counts equal the setting
- * maximum_volts, in V.
+ * lut_output when lut_value_type is VOLTAGE, in V (Issue 3, page 106): 32767 counts equal the
+ * setting maximum_volts, in V.
  *
  * Has the same errors as apt_scale_of_share().
  */
@@ -729,7 +8040,8 @@ static inline apt_status apt_scale_lut_output_voltage(
 
 /**
  * Drive voltage as a signed share of the maximum output voltage, which PZ_SET_TPZ_IOSETTINGS or
- * PZ_SET_OUTPUTMAXVOLTS sets, in V (page 96): 32767 counts equal the setting maximum_volts, in V.
+ * PZ_SET_OUTPUTMAXVOLTS sets, in V (Issue 3, page 96): 32767 counts equal the setting
+ * maximum_volts, in V.
  *
  * Has the same errors as apt_scale_of_share().
  */
@@ -740,8 +8052,8 @@ static inline apt_status apt_scale_output_volts(
 }
 
 /**
- * Piezo position as a share of the maximum travel of the actuator, in um (page 97): 32767 counts
- * equal the setting maximum_travel, in um.
+ * Piezo position as a share of the maximum travel of the actuator, in um (Issue 3, page 97): 32767
+ * counts equal the setting maximum_travel, in um.
  *
  * Has the same errors as apt_scale_of_share().
  */
@@ -752,8 +8064,8 @@ static inline apt_status apt_scale_piezo_position(
 }
 
 /**
- * Slew rate; one count is the maximum output voltage divided by 19000, in V/ms (page 123): 19000
- * counts equal the setting maximum_volts, in V; printed as “10V/ms i.e. 1266 x 150 / 19000”.
+ * Slew rate; one count is the maximum output voltage divided by 19000, in V/ms (Issue 3, page 123):
+ * 19000 counts equal the setting maximum_volts, in V; printed as “10V/ms i.e. 1266 x 150 / 19000”.
  *
  * Has the same errors as apt_scale_of_share().
  */
@@ -764,8 +8076,8 @@ static inline apt_status apt_scale_slew_rate(
 }
 
 /**
- * strain_gauge_reading when display_mode is DISPUNITS_POSITION, in um (page 129): 32767 counts
- * equal the setting maximum_travel, in um.
+ * strain_gauge_reading when display_mode is DISPUNITS_POSITION, in um (Issue 3, page 129): 32767
+ * counts equal the setting maximum_travel, in um.
  *
  * Has the same errors as apt_scale_of_share().
  */
@@ -776,8 +8088,8 @@ static inline apt_status apt_scale_strain_gauge_reading_dispunits_position(
 }
 
 /**
- * strain_gauge_reading when display_mode is DISPUNITS_FORCE, in N (page 129): 32767 counts equal
- * the setting force_calibration, in N.
+ * strain_gauge_reading when display_mode is DISPUNITS_FORCE, in N (Issue 3, page 129): 32767 counts
+ * equal the setting force_calibration, in N.
  *
  * Has the same errors as apt_scale_of_share().
  */

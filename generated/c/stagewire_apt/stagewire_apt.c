@@ -27,8 +27,19 @@
 #define LIKELY (0x08U | (unsigned)APT_EVENT_MESSAGE)
 /** A message whose extra bytes have room for a header: search them first (2). */
 #define DOUBTFUL (0x10U | (unsigned)APT_EVENT_MESSAGE)
+/** A packet whose fields state another length: search it first (3). */
+#define MISCOUNTED (0x10U | (unsigned)APT_EVENT_BAD_LENGTH)
 /** Never accepted. */
 #define GARBAGE (0x20U | (unsigned)APT_EVENT_GARBAGE)
+
+/** Whether packets with arrays are accepted. */
+#ifdef APT_NO_ARRAYS
+#define ARRAYS false
+#else
+#define ARRAYS true
+#endif
+/** Added to the verdict on a header that the content of its packet may change. */
+#define BY_HEADER (ARRAYS ? 0x80U : 0U)
 
 #ifndef APT_NO_TABLE
 
@@ -38,21 +49,46 @@ const apt_entry apt_table[] = {
     {0x0006U, 84U, APT_ENTRY_TO_HOST},
     {0x0011U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0012U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0017U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0018U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0060U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0061U, 0U, APT_ENTRY_TO_HOST | APT_ENTRY_HEADER},
     {0x0065U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0066U, 0U, APT_ENTRY_TO_HOST | APT_ENTRY_HEADER},
     {0x0080U, 0U, APT_ENTRY_TO_HOST | APT_ENTRY_HEADER},
-    {0x0081U, 0U, APT_ENTRY_UNDOCUMENTED},
+    {0x0081U, 68U, APT_ENTRY_TO_HOST},
     {0x0210U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0211U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0212U, 0U, APT_ENTRY_TO_HOST | APT_ENTRY_HEADER},
+    {0x0213U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0214U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0215U, 0U, APT_ENTRY_TO_HOST | APT_ENTRY_HEADER},
     {0x0223U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0226U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0227U, 4U, APT_ENTRY_TO_HOST},
     {0x0228U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0229U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0230U, 0U, APT_ENTRY_TO_HOST | APT_ENTRY_HEADER},
+    {0x0250U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0251U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0252U, 0U, APT_ENTRY_TO_HOST | APT_ENTRY_HEADER},
+    {0x0260U, 46U, APT_ENTRY_TO_CONTROLLER},
+    {0x0260U, 52U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_SHORTER},
+    {0x0261U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0262U, 46U, APT_ENTRY_TO_HOST},
+    {0x0262U, 52U, APT_ENTRY_TO_HOST | APT_ENTRY_SHORTER},
+    {0x0263U, 6U, APT_ENTRY_TO_CONTROLLER},
+    {0x0264U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0265U, 6U, APT_ENTRY_TO_HOST},
+    {0x0266U, 6U, APT_ENTRY_TO_CONTROLLER},
+    {0x0267U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0268U, 6U, APT_ENTRY_TO_HOST},
+    {0x0269U, 14U, APT_ENTRY_TO_CONTROLLER},
+    {0x0270U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0271U, 14U, APT_ENTRY_TO_HOST},
+    {0x0272U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0273U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0274U, 0U, APT_ENTRY_TO_HOST | APT_ENTRY_HEADER},
     {0x0409U, 6U, APT_ENTRY_TO_CONTROLLER},
     {0x040AU, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x040BU, 6U, APT_ENTRY_TO_HOST},
@@ -68,8 +104,13 @@ const apt_entry apt_table[] = {
     {0x0423U, 16U, APT_ENTRY_TO_CONTROLLER},
     {0x0424U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0425U, 16U, APT_ENTRY_TO_HOST},
+    {0x0426U, 6U, APT_ENTRY_TO_CONTROLLER},
+    {0x0427U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0428U, 6U, APT_ENTRY_TO_HOST},
     {0x0429U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x042AU, 6U, APT_ENTRY_TO_HOST},
+    {0x042BU, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x042CU, 4U, APT_ENTRY_TO_HOST},
     {0x043AU, 6U, APT_ENTRY_TO_CONTROLLER},
     {0x043BU, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x043CU, 6U, APT_ENTRY_TO_HOST},
@@ -95,6 +136,7 @@ const apt_entry apt_table[] = {
     {0x046CU, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0480U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0481U, 14U, APT_ENTRY_TO_HOST},
+    {0x0481U, 28U, APT_ENTRY_TO_HOST | APT_ENTRY_SHORTER},
     {0x0490U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0491U, 14U, APT_ENTRY_TO_HOST},
     {0x0492U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
@@ -138,12 +180,51 @@ const apt_entry apt_table[] = {
     {0x04E3U, 12U, APT_ENTRY_TO_CONTROLLER},
     {0x04E4U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x04E5U, 12U, APT_ENTRY_TO_HOST},
+    {0x04E6U, 20U, APT_ENTRY_TO_CONTROLLER},
+    {0x04E7U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x04E8U, 20U, APT_ENTRY_TO_HOST},
     {0x04E9U, 18U, APT_ENTRY_TO_CONTROLLER},
     {0x04EAU, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x04EBU, 18U, APT_ENTRY_TO_HOST},
     {0x04F0U, 74U, APT_ENTRY_TO_CONTROLLER},
     {0x04F1U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x04F2U, 74U, APT_ENTRY_TO_HOST},
+    {0x04F4U, 4U, APT_ENTRY_TO_CONTROLLER},
+    {0x04F5U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x04F6U, 4U, APT_ENTRY_TO_HOST},
+    {0x04FEU, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0500U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0501U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0502U, 0U, APT_ENTRY_TO_HOST | APT_ENTRY_HEADER},
+    {0x0510U, 34U, APT_ENTRY_TO_CONTROLLER},
+    {0x0511U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0512U, 34U, APT_ENTRY_TO_HOST},
+    {0x0520U, 28U, APT_ENTRY_TO_CONTROLLER},
+    {0x0520U, 36U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_SHORTER},
+    {0x0521U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0522U, 28U, APT_ENTRY_TO_HOST},
+    {0x0522U, 36U, APT_ENTRY_TO_HOST | APT_ENTRY_SHORTER},
+    {0x0523U, 12U, APT_ENTRY_TO_CONTROLLER},
+    {0x0523U, 22U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_SHORTER},
+    {0x0524U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0525U, 12U, APT_ENTRY_TO_HOST},
+    {0x0525U, 22U, APT_ENTRY_TO_HOST | APT_ENTRY_SHORTER},
+    {0x0526U, 34U, APT_ENTRY_TO_CONTROLLER},
+    {0x0526U, 46U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_SHORTER},
+    {0x0527U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0528U, 34U, APT_ENTRY_TO_HOST},
+    {0x0528U, 46U, APT_ENTRY_TO_HOST | APT_ENTRY_SHORTER},
+    {0x0529U, 36U, APT_ENTRY_TO_CONTROLLER},
+    {0x052AU, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x052BU, 36U, APT_ENTRY_TO_HOST},
+    {0x0543U, 10U, APT_ENTRY_TO_CONTROLLER},
+    {0x0544U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0545U, 10U, APT_ENTRY_TO_HOST},
+    {0x0546U, 24U, APT_ENTRY_TO_CONTROLLER},
+    {0x0546U, 50U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_SHORTER},
+    {0x0547U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0548U, 24U, APT_ENTRY_TO_HOST},
+    {0x0548U, 50U, APT_ENTRY_TO_HOST | APT_ENTRY_SHORTER},
     {0x0640U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0641U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0642U, 0U, APT_ENTRY_TO_HOST | APT_ENTRY_HEADER},
@@ -197,6 +278,18 @@ const apt_entry apt_table[] = {
     {0x07DCU, 14U, APT_ENTRY_TO_HOST},
     {0x07DDU, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x07DEU, 6U, APT_ENTRY_TO_HOST},
+    {0x0980U, 8U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_ARRAY},
+    {0x0983U, 20U, APT_ENTRY_TO_CONTROLLER},
+    {0x0983U, 38U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_SHORTER},
+    {0x0986U, 6U, APT_ENTRY_TO_CONTROLLER},
+    {0x0A00U, 8U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_ARRAY},
+    {0x0A03U, 20U, APT_ENTRY_TO_CONTROLLER},
+    {0x0A03U, 38U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_SHORTER},
+    {0x0A06U, 6U, APT_ENTRY_TO_CONTROLLER},
+    {0x0A10U, 36U, APT_ENTRY_TO_CONTROLLER},
+    {0x0A11U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
+    {0x0A12U, 36U, APT_ENTRY_TO_HOST},
+    {0x0A13U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
 };
 
 const size_t apt_table_count = sizeof apt_table / sizeof apt_table[0];
@@ -210,6 +303,8 @@ static const char *const entry_names[] = {
     "HW_GET_INFO",
     "HW_START_UPDATEMSGS",
     "HW_STOP_UPDATEMSGS",
+    "HW_YES_FLASH_PROGRAMMING",
+    "HW_NO_FLASH_PROGRAMMING",
     "RACK_REQ_BAYUSED",
     "RACK_GET_BAYUSED",
     "HUB_REQ_BAYUSED",
@@ -219,12 +314,35 @@ static const char *const entry_names[] = {
     "MOD_SET_CHANENABLESTATE",
     "MOD_REQ_CHANENABLESTATE",
     "MOD_GET_CHANENABLESTATE",
+    "MOD_SET_DIGOUTPUTS",
+    "MOD_REQ_DIGOUTPUTS",
+    "MOD_GET_DIGOUTPUTS",
     "MOD_IDENTIFY",
     "RACK_REQ_STATUSBITS",
     "RACK_GET_STATUSBITS",
     "RACK_SET_DIGOUTPUTS",
     "RACK_REQ_DIGOUTPUTS",
     "RACK_GET_DIGOUTPUTS",
+    "HW_SET_KCUBEMMILOCK",
+    "HW_REQ_KCUBEMMILOCK",
+    "HW_GET_KCUBEMMILOCK",
+    "MOT_SET_MOTTRIGIOCONFIG",
+    "MOT_SET_MOTTRIGIOCONFIG",
+    "MOT_REQ_MOTTRIGIOCONFIG",
+    "MOT_GET_MOTTRIGIOCONFIG",
+    "MOT_GET_MOTTRIGIOCONFIG",
+    "MOT_SET_IOCONFIG",
+    "MOT_REQ_IOCONFIG",
+    "MOT_GET_IOCONFIG",
+    "MOT_SET_AUXIOCONFIG",
+    "MOT_REQ_AUXIOCONFIG",
+    "MOT_GET_AUXIOCONFIG",
+    "MOT_SET_ANALOGMONITORCONFIG",
+    "MOT_REQ_ANALOGMONITORCONFIG",
+    "MOT_GET_ANALOGMONITORCONFIG",
+    "MOT_SET_POSTRIGENSTATE",
+    "MOT_REQ_POSTRIGENSTATE",
+    "MOT_GET_POSTRIGENSTATE",
     "MOT_SET_ENCCOUNTER",
     "MOT_REQ_ENCCOUNTER",
     "MOT_GET_ENCCOUNTER",
@@ -240,8 +358,13 @@ static const char *const entry_names[] = {
     "MOT_SET_LIMSWITCHPARAMS",
     "MOT_REQ_LIMSWITCHPARAMS",
     "MOT_GET_LIMSWITCHPARAMS",
+    "MOT_SET_POWERPARAMS",
+    "MOT_REQ_POWERPARAMS",
+    "MOT_GET_POWERPARAMS",
     "MOT_REQ_STATUSBITS",
     "MOT_GET_STATUSBITS",
+    "MOT_REQ_ADCINPUTS",
+    "MOT_GET_ADCINPUTS",
     "MOT_SET_GENMOVEPARAMS",
     "MOT_REQ_GENMOVEPARAMS",
     "MOT_GET_GENMOVEPARAMS",
@@ -266,6 +389,7 @@ static const char *const entry_names[] = {
     "MOT_SUSPEND_ENDOFMOVEMSGS",
     "MOT_RESUME_ENDOFMOVEMSGS",
     "MOT_REQ_STATUSUPDATE",
+    "MOT_GET_STATUSUPDATE",
     "MOT_GET_STATUSUPDATE",
     "MOT_REQ_DCSTATUSUPDATE",
     "MOT_GET_DCSTATUSUPDATE",
@@ -310,12 +434,51 @@ static const char *const entry_names[] = {
     "MOT_SET_PMDPROFILEMODEPARAMS",
     "MOT_REQ_PMDPROFILEMODEPARAMS",
     "MOT_GET_PMDPROFILEMODEPARAMS",
+    "MOT_SET_JOYSTICKPARAMS",
+    "MOT_REQ_JOYSTICKPARAMS",
+    "MOT_GET_JOYSTICKPARAMS",
     "MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS",
     "MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS",
     "MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS",
     "MOT_SET_PMDSTAGEAXISPARAMS",
     "MOT_REQ_PMDSTAGEAXISPARAMS",
     "MOT_GET_PMDSTAGEAXISPARAMS",
+    "MOT_SET_BOWINDEX",
+    "MOT_REQ_BOWINDEX",
+    "MOT_GET_BOWINDEX",
+    "MOT_SET_TSTACTUATORTYPE",
+    "MOT_SET_TRIGGER",
+    "MOT_REQ_TRIGGER",
+    "MOT_GET_TRIGGER",
+    "MOT_SET_MFF_OPERPARAMS",
+    "MOT_REQ_MFF_OPERPARAMS",
+    "MOT_GET_MFF_OPERPARAMS",
+    "MOT_SET_KCUBEMMIPARAMS",
+    "MOT_SET_KCUBEMMIPARAMS",
+    "MOT_REQ_KCUBEMMIPARAMS",
+    "MOT_GET_KCUBEMMIPARAMS",
+    "MOT_GET_KCUBEMMIPARAMS",
+    "MOT_SET_KCUBETRIGIOCONFIG",
+    "MOT_SET_KCUBETRIGIOCONFIG",
+    "MOT_REQ_KCUBETRIGIOCONFIG",
+    "MOT_GET_KCUBETRIGIOCONFIG",
+    "MOT_GET_KCUBETRIGIOCONFIG",
+    "MOT_SET_KCUBEPOSTRIGPARAMS",
+    "MOT_SET_KCUBEPOSTRIGPARAMS",
+    "MOT_REQ_KCUBEPOSTRIGPARAMS",
+    "MOT_GET_KCUBEPOSTRIGPARAMS",
+    "MOT_GET_KCUBEPOSTRIGPARAMS",
+    "MOT_SET_KCUBEKSTLOOPPARAMS",
+    "MOT_REQ_KCUBEKSTLOOPPARAMS",
+    "MOT_GET_KCUBEKSTLOOPPARAMS",
+    "MOT_SET_LCDDISPLAYPARAMS",
+    "MOT_REQ_LCDDISPLAYPARAMS",
+    "MOT_GET_LCDDISPLAYPARAMS",
+    "MOT_SET_LCDMOVEPARAMS",
+    "MOT_SET_LCDMOVEPARAMS",
+    "MOT_REQ_LCDMOVEPARAMS",
+    "MOT_GET_LCDMOVEPARAMS",
+    "MOT_GET_LCDMOVEPARAMS",
     "PZ_SET_POSCONTROLMODE",
     "PZ_REQ_POSCONTROLMODE",
     "PZ_GET_POSCONTROLMODE",
@@ -369,6 +532,18 @@ static const char *const entry_names[] = {
     "PZ_GET_TSG_IOSETTINGS",
     "PZ_REQ_TSG_READING",
     "PZ_GET_TSG_READING",
+    "MOT_SET_MOVESYNCHARRAY",
+    "MOT_SET_MOVESYNCHPARAMS",
+    "MOT_SET_MOVESYNCHPARAMS",
+    "MOT_MOVE_SYNCHSTART",
+    "MOT_SET_MOVESYNCHARRAY_0A00",
+    "MOT_SET_MOVESYNCHPARAMS_0A03",
+    "MOT_SET_MOVESYNCHPARAMS_0A03",
+    "MOT_MOVE_SYNCHSTART_0A06",
+    "MOT_SET_RASTERMOVEPARAMS",
+    "MOT_REQ_RASTERMOVEPARAMS",
+    "MOT_GET_RASTERMOVEPARAMS",
+    "MOT_MOVE_RASTER",
 };
 
 const char *apt_entry_name(const apt_entry *entry)
@@ -394,6 +569,35 @@ const apt_entry *apt_entry_of(uint16_t id)
     return (apt_table_count != 0U && first->id == id) ? first : NULL;
 }
 
+/** Return the length of the longest packet with an array, and the size of its integers. */
+static unsigned longest_of(uint16_t id, unsigned *item_size)
+{
+    unsigned longest = 0U;
+    *item_size = 1U;
+    switch (id) {
+    case 0x0980U:
+    case 0x0A00U:
+        longest = 4104U;
+        *item_size = 4U;
+        break;
+    default:
+        break;
+    }
+    return longest < APT_LONGEST_PACKET ? longest : APT_LONGEST_PACKET;
+}
+
+/** Return the length of a packet with an array that the fields before it state. */
+static size_t stated_by(const uint8_t *frame)
+{
+    switch (apt_id_of(frame)) {
+    case 0x0980U:
+    case 0x0A00U:
+        return 8U + (size_t)apt_get_16(&frame[10]) * (1U + apt_bits(apt_get_16(&frame[8]))) * 4U;
+    default:
+        return 0U;
+    }
+}
+
 /** Return whether an address belongs to a device. */
 static bool is_device(unsigned address)
 {
@@ -402,8 +606,13 @@ static bool is_device(unsigned address)
         || address == 0x50U;
 }
 
-/** Return the verdict on a header (1 to 5). */
-static unsigned judge(unsigned receives, const uint8_t *header)
+/**
+ * Return the verdict on a header (1 to 5).
+ *
+ * A packet with an array depends on the fields before it. As long as that is not complete
+ * (whole is false), the verdict is that of its header, with the bit BY_HEADER.
+ */
+static unsigned judge(unsigned receives, const uint8_t *header, bool whole)
 {
     const unsigned dest = header[4] & APT_HIGHEST_ADDRESS;
     const unsigned source = header[5];
@@ -428,10 +637,11 @@ static unsigned judge(unsigned receives, const uint8_t *header)
             return GARBAGE;
         }
     }
-    if (has_packet && word > APT_MAXIMUM_LENGTH) {
+    entry = apt_entry_of(apt_id_of(header));
+    if (has_packet && word > APT_MAXIMUM_LENGTH
+        && (!ARRAYS || entry == NULL || (entry->forms & APT_ENTRY_ARRAY) == 0U)) {
         return GARBAGE;
     }
-    entry = apt_entry_of(apt_id_of(header));
     points &= receives;
     if (entry == NULL) {
         return points != 0U ? UNKNOWN : GARBAGE;
@@ -439,10 +649,31 @@ static unsigned judge(unsigned receives, const uint8_t *header)
     if ((entry->forms & APT_ENTRY_UNDOCUMENTED) != 0U) {
         return points != 0U ? UNDOCUMENTED : GARBAGE;
     }
+    while (entry->length > word && (entry->forms & APT_ENTRY_SHORTER) != 0U) {
+        --entry;
+    }
     forms = entry->forms;
     length = entry->length;
     if ((forms & receives) == 0U) {
         return GARBAGE;
+    }
+    if (ARRAYS && (forms & APT_ENTRY_ARRAY) != 0U) {
+        unsigned item_size;
+        const unsigned longest = longest_of(entry->id, &item_size);
+        const bool fits = word >= length && word <= longest && (word - length) % item_size == 0U;
+        if (has_packet && word > longest) {
+            return GARBAGE;
+        }
+        if (has_packet && word < length) {
+            return BAD_LENGTH;
+        }
+        if (has_packet && !whole) {
+            return BY_HEADER | (fits ? SURE : LIKELY);
+        }
+        if (has_packet) {
+            return stated_by(header) == word ? SURE : MISCOUNTED;
+        }
+        length = fits ? word : 0U; /* a header form with these parameters lost its data flag */
     }
     if (!has_packet) {
         if ((forms & APT_ENTRY_HEADER) == 0U) {
@@ -515,23 +746,33 @@ static apt_event_kind decide(apt_parser *parser, apt_event *event)
     size_t size = event->size;
     size_t position = 0U;
     unsigned verdict = GARBAGE;
+    bool by_header = false;
 
     event->kind = APT_EVENT_NONE;
     if (size < parser->needed) {
         return APT_EVENT_NONE;
     }
     if (size >= APT_HEADER_SIZE) {
-        verdict = judge(parser->receives, event->bytes);
+        verdict = judge(parser->receives, event->bytes, false);
+        by_header = (verdict & BY_HEADER) != 0U;
+        verdict &= ~BY_HEADER;
     }
     if (verdict > parser->accepts) {
         verdict = GARBAGE;
     } else {
         size_t whole = APT_HEADER_SIZE;
         if (event->bytes[4] >= APT_DATA_FLAG) {
-            whole += event->bytes[2];
+            whole += ARRAYS ? apt_get_16(&event->bytes[2]) : (unsigned)event->bytes[2];
         }
         if (size >= whole) {
-            size = whole;
+            if (by_header) {
+                verdict = judge(parser->receives, event->bytes, true);
+            }
+            if (verdict > parser->accepts) {
+                verdict = GARBAGE;
+            } else {
+                size = whole;
+            }
         } else if (parser->needed >= APT_HEADER_SIZE) {
             parser->needed = whole;
             return APT_EVENT_NONE;
@@ -543,21 +784,21 @@ static apt_event_kind decide(apt_parser *parser, apt_event *event)
         }
     }
     if (verdict >= DOUBTFUL) {
-        /* Search for a header that is SURE: the end of garbage, or inside a packet that is too long. */
+        /* Search for a header that is SURE: the end of garbage, or inside a packet too long. */
         do {
             ++position;
         } while (size - position >= APT_HEADER_SIZE
-            && judge(parser->receives, &event->bytes[position]) != SURE);
+            && (judge(parser->receives, &event->bytes[position], false) & ~BY_HEADER) != SURE);
         if (verdict == GARBAGE || size - position >= APT_HEADER_SIZE) {
             verdict = GARBAGE;
             size = position;
         }
     }
-    parser->accepts = verdict == GARBAGE ? SURE : DOUBTFUL;
+    parser->accepts = verdict == GARBAGE ? SURE : MISCOUNTED;
     parser->needed = APT_HEADER_SIZE;
     event->kind = (apt_event_kind)(verdict & KIND);
     event->size = size;
-    if (verdict == SURE || verdict == LIKELY) {
+    if (!by_header && (verdict == SURE || verdict == LIKELY)) {
         remember(parser, event);
     }
     return event->kind;
@@ -569,7 +810,7 @@ void apt_parser_init(apt_parser *parser, apt_end end)
     parser->count = 0U;
     parser->needed = APT_HEADER_SIZE;
     parser->receives = (uint8_t)end;
-    parser->accepts = DOUBTFUL;
+    parser->accepts = MISCOUNTED;
     forget(parser);
     settle(parser);
 }

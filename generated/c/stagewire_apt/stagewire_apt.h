@@ -21,5 +21,6 @@
 #include "messages/motor.h"
 #include "messages/solenoid.h"
 #include "messages/piezo.h"
+#include "messages/flipper.h"
 
 #endif

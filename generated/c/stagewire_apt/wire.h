@@ -57,6 +57,14 @@ typedef struct apt_addresses {
     uint8_t source;
 } apt_addresses;
 
+/** The integers of an array in a message. The message does not own them. */
+typedef struct apt_array {
+    /** Their bytes as on the wire; of a decoded message, those in the frame. */
+    const uint8_t *bytes;
+    /** Number of integers. */
+    size_t count;
+} apt_array;
+
 APT_STATIC_ASSERT(sizeof(apt_addresses) == 2U, apt_addresses_are_two_bytes);
 
 /** Address of the host. */
@@ -245,6 +253,45 @@ static inline bool apt_refused(bool out_of_range)
 #endif
 }
 
+/** Return the number of bits that are set. */
+static inline size_t apt_bits(uint64_t value)
+{
+    size_t count = 0U;
+    uint64_t rest = value;
+    while (rest != 0U) {
+        rest &= rest - 1U;
+        ++count;
+    }
+    return count;
+}
+
+/**
+ * Check that bytes are exactly one frame with a packet that ends with an array. The fields of the
+ * packet state its length; this function does not read them.
+ *
+ * @param frame the bytes
+ * @param size  their number
+ * @param head  the expected id, and above it the length of the packet without the array
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_check_array(const uint8_t *frame, size_t size, uint32_t head)
+{
+    uint32_t declared = 0U;
+    if (size < APT_HEADER_SIZE) {
+        return APT_TOO_SHORT;
+    }
+    if (((apt_get_16(frame) ^ head) << 16) != 0U) {
+        return APT_WRONG_ID;
+    }
+    if (frame[4] >= APT_DATA_FLAG) {
+        declared = apt_get_16(&frame[2]);
+    }
+    if (size - APT_HEADER_SIZE != declared) {
+        return size - APT_HEADER_SIZE < declared ? APT_TOO_SHORT : APT_TRAILING;
+    }
+    return size - APT_HEADER_SIZE < head >> 16 ? APT_WRONG_LENGTH : APT_OK;
+}
+
 /**
  * Check that bytes are exactly one frame with a packet.
  *
@@ -311,6 +358,13 @@ static inline uint8_t *apt_begin_packet(uint32_t head, apt_addresses addresses, 
     out[4] = (uint8_t)(addresses.dest | APT_DATA_FLAG);
 #endif
     return &apt_put_32(out, head)[2];
+}
+
+/** Write the header of a frame of this size, whose packet ends with an array; return its end. */
+static inline uint8_t *apt_begin_array(
+    uint16_t id, size_t size, apt_addresses addresses, uint8_t *out)
+{
+    return apt_begin_packet((uint32_t)(size - APT_HEADER_SIZE) << 16 | id, addresses, out);
 }
 
 /** Write the header of a frame without a packet; return the position of its two parameters. */

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from stagewire_generator import model, model_scales
+from stagewire_generator import model, model_fields, model_scales
 from stagewire_generator.framing import FRAMINGS, Rules, rules_of
 
 
@@ -277,6 +277,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "controllers": Elsewhere("scales"),
         "stages": Elsewhere("scales"),
         "units": _UNITS,
+        "later_messages": Ignored("follows from the lists and families, which are compared"),
         "errata": Elsewhere("proofs"),
         "rules": Elsewhere("proofs"),
         "examples": Elsewhere("proofs"),
@@ -338,7 +339,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "only_zero": "layout-only-zero",
         "sent_when": "layout-sent-when",
     },
-    model.Field: {
+    model_fields.Field: {
         "name": _PAIRED,
         "offset": "field-offset",
         "format": Elsewhere("fields"),
@@ -350,6 +351,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "ranged": Ignored("the source of the range, which is compared"),
         "open": "field-open",
         "default": "field-default",
+        "omitted": "parameter-omitted",
         "constant": "field-constant",
         "selects": Ignored("follows from the sub-message of its message, which is compared"),
         "target": "field-target",
@@ -365,16 +367,16 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "ranges_by_unit": Elsewhere("fields"),
         "other_range": Ignored("the range of the other units, which is compared as the range"),
     },
-    model.Array: dict.fromkeys(("item", "rows", "columns"), Elsewhere("fields")),
-    model.Column: dict.fromkeys(("name", "each", "quantity", "note"), Elsewhere("fields")),
-    model.Format: dict.fromkeys(("name", "size", "signed", "kind"), Elsewhere("fields")),
+    model_fields.Array: dict.fromkeys(("item", "rows", "columns"), Elsewhere("fields")),
+    model_fields.Column: dict.fromkeys(("name", "each", "quantity", "note"), Elsewhere("fields")),
+    model_fields.Format: dict.fromkeys(("name", "size", "signed", "kind"), Elsewhere("fields")),
     model.ParameterSet: {
         "name": _PAIRED,
         "words": Ignored("its messages have the same words and more"),
         "members": Elsewhere("sets"),
         "place": _PLACE,
     },
-    model.Enumeration: {
+    model_fields.Enumeration: {
         "name": _PAIRED,
         "page": "page",
         "summary": "text",
@@ -383,7 +385,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "overlay": _OVERLAY,
         "open": Elsewhere("tables"),
     },
-    model.EnumValue: {
+    model_fields.EnumValue: {
         "name": _PAIRED,
         "value": "value-number",
         "note": "text",
@@ -393,7 +395,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "hinders": _HINDERS,
         "symbol": "text",
     },
-    model.FlagTable: {
+    model_fields.FlagTable: {
         "name": _PAIRED,
         "page": "page",
         "summary": "text",
@@ -403,7 +405,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "overlay": _OVERLAY,
         "open": Elsewhere("tables"),
     },
-    model.FlagBit: {
+    model_fields.FlagBit: {
         "name": _PAIRED,
         "bit": "bit-number",
         "note": "text",
@@ -492,5 +494,6 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "summary": "document",
         "document": _DOCUMENT,
         "place": _PLACE,
+        "default": "overlay-default",
     },
 }

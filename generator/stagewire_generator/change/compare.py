@@ -143,6 +143,11 @@ class Spec:
         found = self.overlays.get(title)
         return found or next(p for p in self.protocols if p.name == title)
 
+    def below(self, protocol: str, names: tuple[str, ...]) -> Protocol | None:
+        """Return a protocol with these overlays, or None if no overlay is checked on the others."""
+        found = self.model("/".join((protocol, *names[-1:])))
+        return found if tuple(overlay.name for overlay in found.overlays) == names else None
+
     def overlays_of(self, protocol: str) -> list[str]:
         """Return the names of the overlays of a protocol, sorted."""
         titles = (title.split("/") for title in sorted(self.overlays))
@@ -196,23 +201,43 @@ def _overlays(
 ) -> Iterator[Change]:
     """Yield the changes in the overlays of a protocol, which may have been renamed.
 
-    A change in the protocol also changes the protocol with an overlay. It is reported once, unless the
-    overlay itself contains the changed thing: then it also changed there, and concerns another document.
+    A change in the protocol also changes the protocol with an overlay, and a change in an overlay those that
+    build on it. It is reported once, unless the overlay itself contains the changed thing: then it also
+    changed there, and concerns another document. If it now builds on other overlays, the differences between
+    those are not reported again.
     """
-    told = {_facts(change) for change in of_protocol}
+    told = {"": {_facts(change) for change in of_protocol}}
     was, is_ = old.overlays_of(before), new.overlays_of(after)
     for name in (name for name in was if name not in is_):
         yield change("overlay-removed", after, {"overlay": name}, old=name)
-    for name in is_:
+        if _is_default(old, f"{before}/{name}", name):
+            yield change("overlay-default", after, {"overlay": name}, old="true")
+    depths = {name: len(new.overlays[f"{after}/{name}"].overlays) for name in is_}
+    for name in sorted(is_, key=lambda name: depths[name]):  # after those that it builds on
+        told[name] = set()
         if name not in was:
             yield change("overlay-added", after, {"overlay": name}, new=name)
+            if _is_default(new, f"{after}/{name}", name):
+                yield change("overlay-default", after, {"overlay": name}, new="true")
             continue
         titles = f"{before}/{name}", f"{after}/{name}"
-        for found in _protocol(old.overlays[titles[0]], new.overlays[titles[1]]):
+        models = old.overlays[titles[0]], new.overlays[titles[1]]
+        under = [tuple(overlay.name for overlay in model.overlays[:-1]) for model in models]
+        heard = set().union(*(told[other] for other in ("", *under[1])))
+        if under[0] != under[1]:
+            below = old.below(before, under[0]), new.below(after, under[1])
+            if below[0] is not None and below[1] is not None:
+                heard |= {_facts(found) for found in _protocol(below[0], below[1])}
+        for found in _protocol(*models):
+            told[name].add(_facts(found))
             spec, title = (old, titles[0]) if found.new is None else (new, titles[1])
             own = find_place(found, spec.overlays[title], spec.files[title])
-            if own or _facts(found) not in told:
+            if own or _facts(found) not in heard:
                 yield replace(found, overlay=name)
+
+
+def _is_default(spec: Spec, title: str, name: str) -> bool:
+    return any(o.default for o in spec.overlays[title].overlays if o.name == name)
 
 
 def _facts(change: Change) -> tuple[object, ...]:

@@ -30,8 +30,8 @@ def unvouched(changes: Sequence[Change], old: Spec, new: Spec) -> list[Diagnosti
     names = {c.new: c.old for c in changes if c.kind == "protocol-renamed"}
     witnesses: dict[str, _Witness] = {}
     for change in changes:
-        if change.level is not ChangeClass.WIRE:
-            continue
+        if change.level is not ChangeClass.WIRE or change.kind == "overlay-default":
+            continue  # the contents of an overlay have evidence of their own, applied by default or not
         if change.kind == "protocol-removed":
             gone = Place(old.files[change.protocol]["protocol"][0].name)
             found.add(gone, "SW051", f"the protocol {change.protocol} was removed", _KEEP)

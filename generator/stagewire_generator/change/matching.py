@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 from typing import Protocol as Structural
 
-from stagewire_generator import model, model_scales
+from stagewire_generator import model, model_fields, model_scales
 from stagewire_generator.model import (
     Json,
 )
@@ -145,8 +145,8 @@ class Matches:
     chapter: Pairs[model.Chapter]
     message: Pairs[model.Message]
     set: Pairs[model.ParameterSet]
-    enumeration: Pairs[model.Enumeration]
-    flags: Pairs[model.FlagTable]
+    enumeration: Pairs[model_fields.Enumeration]
+    flags: Pairs[model_fields.FlagTable]
     quantity: Pairs[model_scales.Quantity]
     controller: Pairs[model_scales.Controller]
     stage: Pairs[model_scales.Stage]
@@ -203,7 +203,7 @@ def match_layouts(old: model.Message, new: model.Message) -> Pairs[model.Layout]
     return pair({x.form: x for x in old.layouts}, {x.form: x for x in new.layouts}, _layout)
 
 
-def match_fields(old: model.Layout, new: model.Layout) -> Pairs[model.Field]:
+def match_fields(old: model.Layout, new: model.Layout) -> Pairs[model_fields.Field]:
     """Pair the fields of a packet by name, or else by their bytes."""
     return pair(_named(old.fields), _named(new.fields), _field)
 
@@ -230,7 +230,7 @@ def _layout(layout: model.Layout) -> Hashable:
     )
 
 
-def _field(field: model.Field) -> Hashable:
+def _field(field: model_fields.Field) -> Hashable:
     return field.offset, field.format.size, field.format.signed, field.format.kind
 
 

@@ -7,16 +7,8 @@ from dataclasses import replace
 
 from stagewire_generator.change.comparison import Comparison, Where
 from stagewire_generator.change.matching import match_fields, match_layouts, pair, same_scale
-from stagewire_generator.model import (
-    Enumeration,
-    Field,
-    Firmware,
-    FlagTable,
-    Format,
-    Layout,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Firmware, Layout, Message, Protocol
+from stagewire_generator.model_fields import Enumeration, Field, FlagTable, Format
 from stagewire_generator.naming import message_classes
 
 
@@ -252,6 +244,7 @@ def _nameless(key: str, named: Field) -> Field:
         ranged=False,
         open=False,
         default=None,
+        omitted=None if named.omitted is None else 0,
         constant=None if named.constant else named.constant,
         quantity=None,
         enum=None,

@@ -11,13 +11,8 @@ from typing import TypeVar
 from stagewire_generator.change.attributes import SCALE
 from stagewire_generator.change.comparison import Comparison, Where
 from stagewire_generator.change.matching import Pairs, Scale, known, pair, scales_on
-from stagewire_generator.model import (
-    Enumeration,
-    EnumValue,
-    FlagBit,
-    FlagTable,
-    Json,
-)
+from stagewire_generator.model import Json
+from stagewire_generator.model_fields import Enumeration, EnumValue, FlagBit, FlagTable
 from stagewire_generator.model_scales import (
     Factor,
     Limit,

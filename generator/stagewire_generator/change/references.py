@@ -14,15 +14,8 @@ from typing import Any
 
 from stagewire_generator.change.subjects import FRAMING, Subject, messages_of, related
 from stagewire_generator.lint.witness.reading import find_field
-from stagewire_generator.model import (
-    Enumeration,
-    Erratum,
-    Field,
-    FlagTable,
-    Json,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Erratum, Json, Message, Protocol
+from stagewire_generator.model_fields import Enumeration, Field, FlagTable
 from stagewire_generator.model_scales import (
     Conflict,
     Factor,

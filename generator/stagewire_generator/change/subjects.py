@@ -9,7 +9,8 @@ from typing import Protocol as Structural
 from stagewire_generator.change.changes import Change
 from stagewire_generator.change.matching import Matches
 from stagewire_generator.diagnostics import Place
-from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.reader import Files
 
 _RENAMED = ("message", "set", "enumeration", "flags", "quantity", "controller", "stage")

@@ -19,7 +19,7 @@ from stagewire_generator.model import (
 from stagewire_generator.model_scales import (
     Factor,
 )
-from stagewire_generator.naming import C_OURS, c_layouts, c_prefix, c_table
+from stagewire_generator.naming import C_OURS, c_aliases, c_layouts, c_prefix, c_table
 from stagewire_generator.scales import scales_of
 
 C_KEYWORDS = frozenset({  # C99 to C23
@@ -60,7 +60,7 @@ OUR_MACROS = frozenset({
     "EVENT_BAD_LENGTH", "EVENT_GARBAGE", "EVENT_MESSAGE", "EVENT_NONE", "EVENT_UNDOCUMENTED",
     "EVENT_UNKNOWN", "HEADER_SIZE", "HIGHEST_ADDRESS", "HOST", "HOST_INDEX", "KIND_COMMAND",
     "KIND_SETUP", "LAYOUTS", "LENGTH_KNOWN", "LONGEST_COMMAND", "LONGEST_FRAME",
-    "LONGEST_PACKET", "LONGEST_REPLY", "MAXIMUM_LENGTH", "NATIVE", "NO_NAMES",
+    "LONGEST_PACKET", "LONGEST_REPLY", "MAXIMUM_LENGTH", "NATIVE", "NO_ARRAYS", "NO_NAMES",
     "NO_RANGE_CHECKS", "NO_SPACE", "NO_SUB_MESSAGE", "NO_TABLE", "OK", "OUTSTANDING",
     "OUT_OF_RANGE", "OVERHEAD", "PAYLOAD", "POISONED", "PREFIX", "REMEMBERED", "SLOTS",
     "STATIC_ASSERT", "TERMINATOR", "TOO_SHORT", "TRAILING", "WRONG_ID", "WRONG_LENGTH",
@@ -145,5 +145,12 @@ def _of_message(message: Message, prefix: str) -> Iterator[str]:
     if message.sub_message is not None:
         yield f"{prefix.upper()}_{message.name}_SUB_MESSAGE"
     yield from (f"{prefix.upper()}_LAYOUT_{name.upper()}" for name in layouts)  # of the tests
+    for alias, _ in c_aliases(message):
+        yield from (f"{prefix}_{alias}{more}" for more in _OF_A_LAYOUT[:-1])
+        yield from (f"{prefix.upper()}_{alias.upper()}_{macro}" for macro in _MACROS)
+    for alias in message.aliases:
+        yield f"{prefix.upper()}_{alias}_ID"
+        if message.sub_message is not None:
+            yield f"{prefix.upper()}_{alias}_SUB_MESSAGE"
     for name in dict.fromkeys([message.name, *(name.upper() for name in layouts)]):
         yield from (f"{prefix.upper()}_{name}_{macro}" for macro in macros)

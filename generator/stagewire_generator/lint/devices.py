@@ -10,7 +10,8 @@ from collections.abc import Iterable, Iterator
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import rules_of
-from stagewire_generator.model import Enumeration, Field, Json, Message, Protocol
+from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.model_fields import Enumeration, Field
 from stagewire_generator.strict_yaml import Document
 
 

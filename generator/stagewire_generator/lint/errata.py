@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.diagnostics import Diagnostics, meant
 from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.lint.witness.scales import compare_scales
 from stagewire_generator.lint.witness.statements import (
@@ -137,11 +137,11 @@ def _known(protocol: Protocol, errata: Iterable[Erratum], diagnostics: Diagnosti
         for name in erratum.messages:
             if name not in messages:
                 what = f"{erratum.id}: unknown message {name}"
-                diagnostics.add(erratum.place, "SW021", what)
+                diagnostics.add(erratum.place, "SW021", what, meant(name, messages))
         for name in erratum.fields:
             if name not in fields:
                 what = f"{erratum.id}: unknown field {name}"
-                diagnostics.add(erratum.place, "SW021", what)
+                diagnostics.add(erratum.place, "SW021", what, meant(name, fields))
 
 
 def _exemplified(
@@ -158,11 +158,13 @@ def _exemplified(
                 message = entry.get("message", "")
                 if message and message not in fields:
                     what = f"{id}: unknown message {message}"
-                    diagnostics.add(document.place(kind, id, "message"), "SW021", what)
+                    place = document.place(kind, id, "message")
+                    diagnostics.add(place, "SW021", what, meant(message, fields))
                 for name in entry.get("fields", {}) if message in fields else ():
                     if name not in fields[message]:
                         what = f"{id}: {message} has no field {name}"
-                        diagnostics.add(document.place(kind, id, "fields", name), "SW021", what)
+                        place = document.place(kind, id, "fields", name)
+                        diagnostics.add(place, "SW021", what, meant(name, fields[message]))
 
 
 def _referred(
@@ -178,5 +180,6 @@ def _referred(
                     found.add(erratum)
                     if erratum not in known:
                         place = document.place(kind, id, "errata")
-                        diagnostics.add(place, "SW021", f"{id}: unknown erratum {erratum}")
+                        what = f"{id}: unknown erratum {erratum}"
+                        diagnostics.add(place, "SW021", what, meant(erratum, known))
     return found

@@ -9,7 +9,8 @@ from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import rules_of
-from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 _SHOWN = {"message": "a message", "command": "a command", "setup": "a setup command"}
@@ -47,6 +48,7 @@ _KINDS = (
     "rules",
 )
 _ROLES = {"set", "req", "get"}
+_CONTAINERS = (dict, list)
 
 
 def check_pages(
@@ -70,22 +72,23 @@ def check_pages(
 def _pages(node: Any, path: KeyPath) -> Iterator[tuple[KeyPath, int]]:
     """Yield every page in a part of a file; ``page`` may also be the name of something else."""
     for key, part in node.items() if isinstance(node, dict) else enumerate(node):
-        at = (*path, key)
         if key == "page" and isinstance(part, int):
-            yield at, part
+            yield (*path, key), part
+        elif not isinstance(part, _CONTAINERS):
+            continue
         elif key in ("pages", "more_pages", "also") and isinstance(part, list):
-            yield from ((at, page) for page in part)
-        elif key == "later_pages":
-            yield from (((*at, overlay), page) for overlay, page in part.items())
+            yield from (((*path, key), page) for page in part)
+        elif key == "later_pages" and isinstance(part, dict):
+            yield from (((*path, key, overlay), page) for overlay, page in part.items())
         elif key == "pages" and isinstance(part, dict) and part.keys() <= _ROLES:
-            yield from ((at, page) for page in part.values())
-        elif isinstance(part, dict | list):
-            yield from _pages(part, at)
+            yield from (((*path, key), page) for page in part.values())
+        else:
+            yield from _pages(part, (*path, key))
 
 
 _SIZES = (1, 2, 3, 4, 8)
 _REPLACE = (
-    "to replace the message of the protocol, give the new one the same name and list it under `overrides` in "
+    "to replace the message of the {}, give the new one the same name and list it under `overrides` in "
     "overlay.yaml; otherwise one of the ids is wrong"
 )
 
@@ -186,6 +189,7 @@ def _array(
 def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
     # Setup commands have their own set of bytes.
     seen: dict[tuple[str, int, int | None], Message] = {}
+    order = ["", *(overlay.name for overlay in protocol.overlays)]
     for message in protocol.messages:
         if message.id is None:
             continue
@@ -197,8 +201,11 @@ def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
             )
             if message.sub_message is not None:
                 what += f" and the sub-message {message.sub_message}"
-            one_is_laid_over = bool(message.overlay) is not bool(other.overlay)
-            diagnostics.add(message.place, "SW030", what, _REPLACE if one_is_laid_over else "")
+            hint = ""
+            if message.overlay != other.overlay:
+                below = min(message.overlay, other.overlay, key=order.index)
+                hint = _REPLACE.format(f"overlay {below}" if below else "protocol")
+            diagnostics.add(message.place, "SW030", what, hint)
         seen[key] = message
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import keyword
 from collections.abc import Iterable, Iterator
 
-from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.diagnostics import Diagnostics, Place, meant
 from stagewire_generator.lint.c_names import C_KEYWORDS, C_NAMES, CPP_KEYWORDS, check_c_names
 from stagewire_generator.model import Json, Message, Protocol
 from stagewire_generator.model_scales import Stage
@@ -51,7 +51,7 @@ def check_names(protocol: Protocol, units: Document | None, diagnostics: Diagnos
 
     :param units: the file of the units, for the positions of errors.
     """
-    before = len(diagnostics.found)
+    before = diagnostics.reported
     _fields(protocol, diagnostics)
     _classes(protocol, diagnostics)
     _exchanges(protocol, diagnostics)
@@ -60,7 +60,7 @@ def check_names(protocol: Protocol, units: Document | None, diagnostics: Diagnos
     if units is not None:
         _units(protocol, units, diagnostics)
         _units_of_fields(protocol, diagnostics)
-    if len(diagnostics.found) == before:  # otherwise C would repeat the errors for the same names
+    if diagnostics.reported == before:  # otherwise C would repeat the errors for the same names
         check_c_names(protocol, diagnostics)
 
 
@@ -162,7 +162,8 @@ def _classes(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 what = f"{message.name} and {classes[name]} would both become the class {name}"
                 if classes[name] == message.name:
                     what = f"{message.name}: two of its forms would become the class {name}"
-                diagnostics.add(message.place, "SW022", what)
+                hint = "rename one of them, or give a message another `spelling`"
+                diagnostics.add(message.place, "SW022", what, hint)
             classes[name] = message.name
     for stage in protocol.stages:
         if stage.name in _IN_STAGES:
@@ -232,9 +233,8 @@ def _exchanges(protocol: Protocol, diagnostics: Diagnostics) -> None:
             for name in value:
                 other = names.get(name)
                 if other is None:
-                    diagnostics.add(
-                        message.place, "SW021", f"{message.name}: {key}: unknown message {name}"
-                    )
+                    what = f"{message.name}: {key}: unknown message {name}"
+                    diagnostics.add(message.place, "SW021", what, meant(name, names))
                 elif key in _TO_HOST and other.direction == "to_controller":
                     diagnostics.add(
                         message.place,
@@ -259,7 +259,7 @@ def _members(protocol: Protocol, diagnostics: Diagnostics) -> None:
         for name in controller.aliases:
             if name not in known:
                 what = f"controllers.{controller.name}: unknown alias {name}"
-                diagnostics.add(controller.place, "SW021", what)
+                diagnostics.add(controller.place, "SW021", what, meant(name, known))
     for stage in protocol.stages:
         seen: dict[str, str] = {}
         for group in filter(groups.__contains__, stage.scales):
@@ -288,7 +288,8 @@ def _units_of_fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
             [*field.flags_by_unit, *field.enums_by_unit, *field.ranges_by_unit]
         ):
             if unit not in known:
-                diagnostics.add(place, "SW021", f"{field.name}: unknown unit {unit}")
+                what = f"{field.name}: unknown unit {unit}"
+                diagnostics.add(place, "SW021", what, meant(unit, known))
 
 
 def _unknown_forms(protocol: Protocol, entry: Json) -> Iterator[tuple[str, str]]:
@@ -319,7 +320,7 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
             if name not in table:
                 place = document.place(*path, index)
                 what = f"{path[0]}.{path[1]}: unknown {kind} {name}"
-                diagnostics.add(place, "SW021", what)
+                diagnostics.add(place, "SW021", what, meant(name, table))
 
     for name in data["units"]:
         if name in _IN_UNITS:

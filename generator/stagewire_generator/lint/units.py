@@ -240,12 +240,10 @@ class _Rules:
         for name, unit in self.units.items():
             usable: dict[str, str] = {}  # stage -> the group with its scales
             missing: dict[str, str] = {}
-            for group in self.protocol.controllers:
+            for group in (g for g in self.protocol.controllers if name in g.members):
                 for stage in self.protocol.stages:
                     scales = stage.scales.get(group.name, {}).values()
-                    if name in group.members and any(
-                        isinstance(s, Factor | Conflict) for s in scales
-                    ):
+                    if any(isinstance(s, Factor | Conflict) for s in scales):
                         usable[stage.name] = group.name
                         if name in group.units and stage.name not in unit["stages"]:
                             missing[stage.name] = group.name
@@ -322,7 +320,8 @@ class _Rules:
                 other = printed.setdefault(prefix, name)
                 if self.units[other]["family"] != unit["family"]:
                     what = f"{prefix} is the prefix of {other}, which is of another family"
-                    self.refuse("SW083", ("units", name, key), what)
+                    hint = "look up the prefix, and the families: units with one prefix are of one family"
+                    self.refuse("SW083", ("units", name, key), what, hint)
         aliases = self.protocol.units.get("aliases", {})
         refused = self.protocol.units.get("unsupported", {}).values()
         unsupported = {prefix for one in refused for prefix in one.get("prefixes", ())}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -31,7 +31,6 @@ def resolve_evidence(tables: Tables, stages: Iterable[Stage]) -> EvidenceTable:
         data = {key: value for key, value in entry.items() if key not in ("class", "cited_as")}
         cited_as = entry.get("cited_as", "")
         sources[id] = Source(id, entry["class"], data, cited_as, place, document.overlay)
-    overlaid = bool(tables.files.get("overlay"))  # it may withdraw entries of the protocol
     found: dict[tuple[str, str], list[Evidence]] = {}
     used: set[str] = set()
     seen: dict[str, None] = {}
@@ -44,7 +43,7 @@ def resolve_evidence(tables: Tables, stages: Iterable[Stage]) -> EvidenceTable:
         used.add(source.id)
         for index, path in enumerate(entry["facts"]):
             keys = [*_entries(tables, path)]
-            if not keys and (document.overlay or not overlaid):
+            if not keys and document.overlay == tables.top:  # it may withdraw entries below
                 place = document.place("evidence", slug, "facts", index)
                 what = f"{slug}: the registry has nothing that {path} names"
                 tables.diagnostics.add(place, "SW049", what)
@@ -59,7 +58,7 @@ def resolve_evidence(tables: Tables, stages: Iterable[Stage]) -> EvidenceTable:
             shows = Evidence(cited[id], "", "scales and limits that cite it")
             found.setdefault(("stages", stage.name), []).append(shows)
     for source in sources.values():
-        if source.id not in used and (source.overlay or not overlaid):
+        if source.id not in used and source.overlay == tables.top:
             what = f"no evidence and no scale uses the source {source.id}"
             tables.diagnostics.add(source.place, "SW093", what)
     return EvidenceTable(table.sources, {key: tuple(entries) for key, entries in found.items()})
@@ -79,14 +78,15 @@ def _texts(stage: Stage) -> Iterator[str]:
 def _entries(tables: Tables, path: str) -> Iterator[tuple[str, str]]:
     """Yield section and name of each resolved entry that a path names; those of a set are its messages."""
     section, pattern, *rest = path.split("/")
+    matches = _matcher(pattern)
     if section == "messages":
         for name, message in tables.messages.items():
-            if _matches(pattern, name, *message.aliases) and _has_form(message, rest):
+            if matches(name, *message.aliases) and _has_form(message, rest):
                 yield section, name
         return
     for document in tables.files.get(_FILES[section], ()):
         for name, entry in document.data.get(section, {}).items():
-            if _matches(pattern, name) and _has(entry, rest):
+            if matches(name, *entry.get("also_named", ())) and _has(entry, rest):
                 if section != "parameter_sets":
                     yield _RESOLVED.get(section, section), name
                 elif name in tables.sets:
@@ -100,9 +100,15 @@ def _entries(tables: Tables, path: str) -> Iterator[tuple[str, str]]:
 _RESOLVED = {"commands": "messages", "setup_commands": "messages"}
 
 
-def _matches(pattern: str, *names: str) -> bool:
-    """Return whether one of the names matches an alternative of a pattern."""
-    return any(fnmatchcase(name, part) for part in pattern.split("|") for name in names)
+def _matcher(pattern: str) -> Callable[..., bool]:
+    """Return a function that tells whether one of some names matches an alternative of a pattern."""
+    parts = pattern.split("|")
+    wild = [part for part in parts if not part.isidentifier()]
+
+    def matches(*names: str) -> bool:
+        return any(name in parts or any(fnmatchcase(name, part) for part in wild) for name in names)
+
+    return matches
 
 
 def _has_form(message: Message, keys: list[str]) -> bool:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stagewire_generator.framing import rules_of
-from stagewire_generator.model import Array, Column, Field, Format, Json, Layout
+from stagewire_generator.model import Json, Layout
+from stagewire_generator.model_fields import Array, Column, Field, Format
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document, KeyPath
 
@@ -183,7 +184,8 @@ def header_layout(
         spelled = {"format": "byte", "name": key, **param}
         if "constant" in param and "name" not in param:
             spelled["role"] = "constant"
-        params.append(resolve_field(tables, document, at, spelled["name"], spelled, offset, page))
+        field = resolve_field(tables, document, at, spelled["name"], spelled, offset, page)
+        params.append(field and replace(field, omitted=field.default))
     place = document.place(*path)
     note = entry.get("note", "")
     only_zero = entry.get("only_zero", False)

@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from stagewire_generator.diagnostics import Place
-from stagewire_generator.model import Erratum, Field, Json, Layout, Message, ParameterSet
+from stagewire_generator.model import Erratum, Json, Layout, Message, ParameterSet
+from stagewire_generator.model_fields import Field
 from stagewire_generator.resolver.layouts import (
     header_layout,
     resolve_fields,
@@ -41,31 +42,37 @@ def define_errata(tables: Tables) -> None:
 def with_errata(tables: Tables, message: Message) -> Message:
     """Return the message with the errata that name it, its set or its fields.
 
-    Errata of the protocol do not apply to a message of an overlay that replaces theirs.
+    An erratum does not apply to a message of an overlay that replaces the one it is about. It applies if it
+    is from the same overlay as the message, or from one that builds on it.
     """
     named = message.twin_of or message.name
     owners = {named} | ({message.set[0]} if message.set else set())
 
     def of(*names: str) -> tuple[str, ...]:
         found = {id for name in names for id in tables.errata_of.get(name, ())}
-        own = {id for id in found if message.overlay in ("", tables.errata[id].overlay)}
-        return tuple(sorted(own))
+        return tuple(sorted(id for id in found if message.overlay in covered(tables.errata[id])))
+
+    def covered(erratum: Erratum) -> set[str]:
+        return {"", erratum.overlay, *tables.under.get(erratum.overlay, ())}
 
     def marked(field: Field) -> Field:
         found = of(*(f"{owner}.{field.name}" for owner in owners))
         return replace(field, errata=found) if found else field
 
     layouts = tuple(_with_fields(layout, marked) for layout in message.layouts)
-    return replace(message, layouts=layouts, errata=of(named))
+    errata = of(named)
+    if not errata and layouts == message.layouts:
+        return message
+    return replace(message, layouts=layouts, errata=errata)
 
 
 def _with_fields(layout: Layout, marked: Callable[[Field], Field]) -> Layout:
-    return replace(
-        layout,
-        param1=layout.param1 and marked(layout.param1),
-        param2=layout.param2 and marked(layout.param2),
-        fields=tuple(marked(field) for field in layout.fields),
-    )
+    param1 = layout.param1 and marked(layout.param1)
+    param2 = layout.param2 and marked(layout.param2)
+    fields = tuple(marked(field) for field in layout.fields)
+    if (param1, param2, fields) == (layout.param1, layout.param2, layout.fields):
+        return layout
+    return replace(layout, param1=param1, param2=param2, fields=fields)
 
 
 def _erratum(id: str, entry: Json, place: Place, overlay: str) -> Erratum:
@@ -97,9 +104,9 @@ def define_messages(tables: Tables, document: Document) -> None:
 
 def add_message(tables: Tables, message: Message) -> None:
     """Add a message with its errata; report a duplicate name."""
-    taken = tables.messages.keys() | tables.aliases
     for name in (message.name, *message.aliases):
-        if name in taken or (name == message.name and name in message.aliases):
+        taken = name in tables.messages or name in tables.aliases
+        if taken or (name == message.name and name in message.aliases):
             tables.diagnostics.add(message.place, "SW020", f"{name} is defined twice")
             return
     tables.messages[message.name] = with_errata(tables, message)

@@ -191,7 +191,10 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
 
 def _overlay(document: Document) -> Overlay:
     data, place = document.data, document.place("overlay")
-    return Overlay(data["overlay"], data["title"], data["summary"], data["document"], place)
+    default = data.get("default", False)
+    return Overlay(
+        data["overlay"], data["title"], data["summary"], data["document"], place, default
+    )
 
 
 def _check_names(tables: Tables) -> None:

@@ -132,7 +132,6 @@ def _stage(
     for controller, quantities in entry["controllers"].items():
         place = document.place(*path, "controllers", controller)
         group = tables.look_up(controllers, controller, "controller", place)
-        printed = group is None or (group.units and group.page)
         for quantity, scale in quantities.items():
             place = document.place(*path, "controllers", controller, quantity)
             found = tables.look_up(tables.quantities, quantity, "quantity", place)
@@ -149,9 +148,15 @@ def _stage(
                 if "conflict" in scale
                 else _factor(tables, scale, unit, place)
             )
+            overlay = document.overlay_of(*path, "controllers", controller, quantity)
+            is_added = (
+                overlay != document.overlay
+            )  # so the page of the stage is of another document
+            printed = group is None or (
+                group.units and group.page and (not is_added or overlay == group.overlay)
+            )
             if factor:
-                overlay = document.overlay_of(*path, "controllers", controller, quantity)
-                page = group.page if group and overlay != document.overlay else None
+                page = group.page if group and printed and is_added else None
                 scales.setdefault(controller, {})[quantity] = _from(overlay, factor, page)
             if isinstance(factor, Factor) and not (printed or factor.source or factor.page):
                 what = f"{name}: the scale of {quantity} on {controller} has no source and no page"

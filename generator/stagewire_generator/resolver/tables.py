@@ -6,26 +6,13 @@ group and the words as the document spells them.
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterator, Mapping
 from typing import TypeVar
 
-from stagewire_generator.diagnostics import Diagnostics, Place
-from stagewire_generator.model import (
-    Chapter,
-    Enumeration,
-    EnumValue,
-    Erratum,
-    Firmware,
-    FlagBit,
-    FlagTable,
-    Format,
-    Json,
-    Message,
-    ParameterSet,
-    Rule,
-)
+from stagewire_generator.diagnostics import Diagnostics, Place, meant
+from stagewire_generator.model import Chapter, Erratum, Firmware, Json, Message, ParameterSet, Rule
+from stagewire_generator.model_fields import Enumeration, EnumValue, FlagBit, FlagTable, Format
 from stagewire_generator.model_scales import (
     Quantity,
 )
@@ -60,6 +47,16 @@ class Tables:
         self.errata: dict[str, Erratum] = {}
         self.rules: dict[str, Rule] = {}
         self.errata_of: dict[str, set[str]] = {}  # MESSAGE or MESSAGE.field -> slugs
+        self._found: dict[str, Format] = {}
+        self.under: dict[str, frozenset[str]] = {}  # overlay -> those that it builds on
+        for head in files.get("overlay", ()):
+            named = head.data.get("builds_on", ())
+            self.under[head.overlay] = frozenset(named).union(*(self.under[name] for name in named))
+
+    @property
+    def top(self) -> str:
+        """The overlay that was applied last; empty if there is none."""
+        return next(reversed(self.under), "")
 
     def entries(
         self, kind: str, section: str, table: Mapping[str, object]
@@ -80,9 +77,8 @@ class Tables:
         """Return the definition of a name, or None, with a diagnostic, if it is undefined."""
         found = table.get(name)
         if found is None:
-            close = difflib.get_close_matches(name, table, cutoff=0.5)
-            hint = f"did you mean {' or '.join(close)}?" if close else ""
-            self.diagnostics.add(place, "SW021", f"unknown {kind} {name}", hint)
+            what = f"unknown {kind} {name}"
+            self.diagnostics.add(place, "SW021", what, meant(name, table))
         return found
 
     def repeated(self, text: str) -> tuple[str, int] | None:
@@ -95,6 +91,8 @@ class Tables:
 
     def format(self, text: str, place: Place) -> Format | None:
         """Return the format written as ``word`` or ``char[8]``, or None if it is unknown."""
+        if text in self._found:
+            return self._found[text]
         match = _FORMAT.match(text)
         entry = self.formats.get(match[1]) if match else None
         if match is None or entry is None:
@@ -103,7 +101,8 @@ class Tables:
             return None
         count = int(match[2]) if match[2] else None
         if count is None:
-            return Format(text, entry["size"], entry["signed"], "integer")
+            found = Format(text, entry["size"], entry["signed"], "integer")
+            return self._found.setdefault(text, found)
         if entry["size"] > 1:
             what = (
                 f"the format {text} is not supported here: only formats of one byte can be repeated"
@@ -112,7 +111,7 @@ class Tables:
             self.diagnostics.add(place, "SW033", what, hint)
             return None
         kind = "text" if match[1] == "char" else "bytes"
-        return Format(text, count * entry["size"], False, kind)
+        return self._found.setdefault(text, Format(text, count * entry["size"], False, kind))
 
 
 def split_group(tables: Tables, name: str) -> tuple[str, str]:

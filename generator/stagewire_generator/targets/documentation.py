@@ -7,21 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from stagewire_generator.model import (
-    Array,
-    Chapter,
-    Enumeration,
-    EnumValue,
-    Erratum,
-    Field,
-    FlagTable,
-    Layout,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Chapter, Erratum, Layout, Message, Protocol
 from stagewire_generator.model_evidence import spelled
+from stagewire_generator.model_fields import Array, Enumeration, EnumValue, Field, FlagTable
 from stagewire_generator.model_scales import Quantity
 
 DIRECTIONS = {
@@ -44,8 +34,7 @@ _EXCHANGES = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Markup:
+class Markup(NamedTuple):
     """How a target writes names in comments.
 
     :param name: marks a name from the registry, such as the name of a message.
@@ -161,6 +150,8 @@ def sentence(text: str) -> str:
 def errata_of(protocol: Protocol, slugs: Iterable[str]) -> list[Erratum]:
     """Return the errata with these slugs, without cosmetic ones, in the order of the registry."""
     wanted = set(slugs)
+    if not wanted:
+        return []
     return [e for e in protocol.errata if e.id in wanted and e.kind != "cosmetic"]
 
 

@@ -27,7 +27,9 @@ from stagewire_generator.targets.environment import (
 # Characters that JSON allows unescaped but that can control a terminal. An example may hold any byte as text.
 _HIDDEN = "".join(map(chr, (*range(0x7F, 0xA0), 0xAD)))
 _INDENTED = json.JSONEncoder(ensure_ascii=False, indent=2, sort_keys=True)
-_ON_ONE_LINE = json.JSONEncoder(ensure_ascii=False, separators=(",", ":"), sort_keys=True)
+_ON_ONE_LINE = json.JSONEncoder(
+    ensure_ascii=False, separators=(",", ":"), sort_keys=True, check_circular=False
+)
 
 
 def canonical(data: dict[str, Any], lines: Collection[str] = ()) -> str:
@@ -52,22 +54,18 @@ def wrapped(text: str, width: int, hanging: int = 0) -> list[str]:
 
     :param hanging: number of spaces before every line except the first; they count towards the width.
     """
-    words = text.split()
-    whole = " ".join(words)
-    if len(whole) <= width:
-        return [whole] if whole else []
-    pad = " " * hanging
+    rest = " ".join(text.split())
+    pad = ""
     lines = []
-    line = ""
-    for word in words:
-        if not line:
-            line = word
-        elif len(line) + 1 + len(word) <= width:
-            line = f"{line} {word}"
-        else:
-            lines.append(line)
-            line = pad + word
-    return [*lines, line] if line else lines
+    while len(pad) + len(rest) > width:
+        end = rest.rfind(" ", 0, max(0, width - len(pad) + 1))
+        if end < 0:  # the word is longer than a line
+            end = rest.find(" ")
+        if end < 0:
+            break
+        lines.append(pad + rest[:end])
+        rest, pad = rest[end + 1 :], " " * hanging
+    return [*lines, pad + rest] if rest else lines
 
 
 _OURS = "stagewire"

@@ -129,7 +129,8 @@ def _checked(what: str, entry: Given, value: object, layout: Layout) -> object:
         number is None or not (entry.open or _is_listed(entry, table, number))
     ):
         error = BadValueError if number is None else OutOfRangeError
-        raise error(_not_listed(f"{what} {entry.keyword}", entry, table, value))
+        place = layout.source_of(entry.field, named=True)
+        raise error(_not_listed(f"{what} {entry.keyword}", entry, table, value) + place)
     if number is None:
         raise BadValueError(
             f"{what}: {entry.keyword} must be an integer from {entry.minimum} to {entry.maximum}, "

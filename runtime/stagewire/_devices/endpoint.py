@@ -105,8 +105,13 @@ class Endpoint(Generic[T]):
         return self.connection.unit.address if table.motherboard else self.address
 
     def message(self, cls: type[Message], fields: Mapping[str, Any]) -> Message:
-        """Return a message for this channel; its constructor checks all fields."""
+        """Return a message for this channel; its constructor checks all fields.
+
+        A controller with one channel gets the default of a channel that may be left out.
+        """
         field = self.connection.channel_field(cls)
+        if field in cls.layout.optional and self.connection.unit.channels == 1:
+            field = None
         if field is not None and field not in fields:
             fields = {field: self.channel, **fields}
         made: Message = cls(**fields)
@@ -119,8 +124,14 @@ class Endpoint(Generic[T]):
             return None
         if halt.message.layout.message not in self.connection.unit.messages:
             return Running(what, b"", self.now())
-        stop = self.message(halt.message, defaults_of(halt))
+        stop = self.message(halt.message, {**self._every_channel(halt), **defaults_of(halt)})
         return Running(what, self._encode(stop), self.now(), stop)
+
+    def _every_channel(self, halt: Action) -> Mapping[str, int]:
+        """Return the channel of the stop of a whole rack: the bits of all its channels."""
+        field = self.connection.channel_field(halt.message)
+        bays = len(self.connection.unit.bays)
+        return {field: (1 << bays) - 1} if field and self.channel is None and bays else {}
 
     def _encode(self, message: Any) -> bytes:
         if isinstance(message, WireCommand):

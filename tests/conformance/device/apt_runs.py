@@ -25,8 +25,6 @@ from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
 
 UNITS = {entry["name"]: entry for entry in PROTOCOL.registry()["units"]}
-CASES = [(name, stage) for name, entry in UNITS.items() for stage in (None, *entry["stages"])]
-"""Every unit, without a stage and with each possible stage."""
 
 SETTINGS = ("readback", "counters", "channels", "bays-apart", "loops", "eeprom")
 OUTPUTS = (
@@ -39,8 +37,9 @@ MOVES = (
 )  # fmt: skip
 EVERY = (*SETTINGS, *OUTPUTS, "home", *MOVES)
 
-_SERIES_TRAVEL = {"Z8": "25", "MLS203": "110", "APT_STEPPER": "25"}
-"""Travel on the bench in millimetres, for stages without a travel in the registry."""
+_TRAVEL = {"MLS203": 110}
+"""Travel on the bench, in the unit of the stage, for a stage without a travel in the registry."""
+_OTHERS = 25
 
 
 @dataclass
@@ -73,24 +72,35 @@ def bench(
     """Return a correctly declared unit on a bench; ``ends`` states whether its travel is also declared."""
     facts = UNITS[unit]
     motion = "0..2000000counts" if "MOT_MOVE_HOME" in facts["messages"] else "-10000..20000counts"
+    if "built_in" in facts and stage is None:
+        motion = "0..500000counts"
+        options.setdefault("travel", 625_000)  # its own may be shorter, or too long to home in time
     pics = Pics(unit=unit)
     if stage is not None:
         options["stage"] = getattr(stages, stage)
-        length = _travel_mm(stage)
-        travel = Range.parse(f"0..{length}mm") if ends else None
+        length = _travel_in_counts(unit, stage)
+        travel = Range.parse(f"0..{length}counts") if ends else None
         fitted = [ChannelPics(number=n, stage=stage, travel=travel) for n in (1, 2)]
         pics = replace(pics, channels=tuple(fitted))
-        motion = f"0..{min(float(length), 12):g}mm"
+        top = length * 4 // 5  # positions count from the first place, a fifth of the travel
+        motion = f"0..{min(top, _travel_in_counts(unit, stage, 12))}counts"
+        options.setdefault("travel", length)
     if facts["address"] == "bay":
         pics = replace(pics, bays=(BayPics(number=1, unit=unit),))
     controller = getattr(stagewire_virtual, unit)(seed=seed, **options)
     return Bench(controller, declare(pics), motion)
 
 
-def _travel_mm(stage: str) -> str:
-    """Return the travel of a stage in millimetres, from the registry if possible."""
+def _travel_in_counts(unit: str, stage: str, length: int | None = None) -> int:
+    """Return the travel of a stage, from the registry if possible, or another length in its unit."""
     limit = getattr(stages, stage).limits["travel"]
-    return str(limit.value) if isinstance(limit, Limit) else _SERIES_TRAVEL[stage]
+    value = limit.value if isinstance(limit, Limit) else _TRAVEL.get(stage, _OTHERS)
+    fitted = tuple(ChannelPics(number=n, stage=stage) for n in (1, 2))
+    place = declare(replace(Pics(unit=unit), channels=fitted)).places[-1]
+    scale = place.position_scale(1)
+    if scale is None:  # the sources of the scale contradict each other
+        return 500_000
+    return int((value if length is None else length) * scale.counts_per_unit)
 
 
 def run_on(

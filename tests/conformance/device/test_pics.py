@@ -20,6 +20,7 @@ from checkout import SCHEMAS
 from stagewire_apt import stages
 from stagewire_conformance.device.declaration import Declaration, declare, known_units
 from stagewire_conformance.device.errors import PicsError
+from stagewire_conformance.device.pics import Pics
 from stagewire_conformance.device.pics_file import parse_pics, read_pics
 
 SCHEMA = json.loads((SCHEMAS / "pics.schema.json").read_text(encoding="utf-8"))
@@ -50,6 +51,7 @@ reply_p99_ms = 50
 CARDS = """
 schema_version = 1
 unit = "BBD103"
+issue = "3"
 line = "rs232"
 motherboard = true
 [[bay]]
@@ -202,12 +204,37 @@ def test_without_a_pics_a_unit_is_declared_as_documented(unit: str) -> None:
     known = declare(unit)
     assert known.unsupported == {}
     claimed = frozenset[str]().union(*(place.messages for place in known.places))
+    later = frozenset[str]().union(*(place.later for place in known.places))
     if unit != "RACK":
-        assert known.unit.messages <= claimed
+        assert known.unit.messages <= claimed | later
+        assert not claimed & later
     for place in known.places:
         assert all(place.travel_of(channel) is None for channel in place.channels)
-        assert all(place.stage_of(channel) is None for channel in place.channels)
+        stages = [place.stage_of(channel) for channel in place.channels]
+        assert [stage.name if stage else "" for stage in stages] == [
+            known.unit.built_in or "" for _ in place.channels
+        ]
     assert len({place.address for place in known.places}) == len(known.places)
+
+
+def test_by_default_firmware_follows_the_first_issue_that_describes_its_unit() -> None:
+    assert declare("TDC001").issue == "3"
+    assert declare("BBD202").issue == "3"
+    assert declare("KDC101").issue == "37"
+    assert not declare("TDC001").claims("HUB_REQ_BAYUSED")
+    assert declare("KDC101").claims("HUB_REQ_BAYUSED")
+    (place,) = declare("TDC001").places
+    assert "only a later issue of the document lists HUB_REQ_BAYUSED for TDC001" in place.why_not(
+        "HUB_REQ_BAYUSED"
+    )
+
+
+@pytest.mark.parametrize("unit", ["TDC001", "TSC001", "BSC102", "BBD203"])
+def test_firmware_of_a_later_issue_has_all_messages_of_its_unit(unit: str) -> None:
+    later = declare(Pics(unit=unit, issue="37"))
+    assert later.issue == "37"
+    claimed = frozenset[str]().union(*(place.messages for place in later.places))
+    assert later.unit.messages <= claimed
 
 
 def test_names_are_accepted_in_any_case() -> None:
@@ -283,7 +310,7 @@ VALUES: list[Any] = [
 ]
 
 ONLY_THE_REGISTRY_KNOWS = re.compile(
-    r"is not a message of|unknown (unit|stage|axis) |uses|does not depend on it|has no bays|"
+    r"is not a message of|unknown (unit|stage|axis|issue) |uses|does not depend on it|has no bays|"
     r"does not exist|is not occupied|does not move a stage|give only one of them|is not known|"
     r"is a duplicate of|has (axes|channels), not|missing; (the (occupied bays|axes|modules) are|list each)|"
     r"no keep-alive|must not exceed|cannot be converted|counts in tenths|is not a number|above 0, not 0|"

@@ -7,8 +7,8 @@ from dataclasses import replace
 from itertools import product
 
 import pytest
+from apt_pairs import BARE, FITTED, PAIRS
 from apt_runs import (
-    CASES,
     EVERY,
     MOVES,
     OUTPUTS,
@@ -38,6 +38,19 @@ PUTTING_BACK = tuple(
 
 UNDECIDED = {"MPZ601": {"piezo-position", "piezo-zero"}}
 """Kinds that cannot run, because the document does not define the status bits of the unit."""
+SLOW = {
+    "CR1_Z6": {"backlash", "move-absolute", "profile"},
+    "FW103": {"backlash", "disabled", "limits"},
+    "GNL10_Z6": {"backlash", "profile"},
+    "GNL18_Z6": {"backlash"},
+    "PRM1_Z7": {"backlash", "profile"},
+    "PRM1_Z8": {"backlash"},
+    "PRMTZ8": {"backlash"},
+    "PY004Z8_Yaw": {"backlash"},
+    "PY004Z9_Yaw": {"backlash"},
+    "Z625_B_64_1": {"backlash"},
+}
+"""Kinds that cannot run on stages with few counts, because their moves have too few or are too quick."""
 
 
 QUIRKS = ("header_only_completion", "long_status", "unswapped_addresses", "fault_codes_in_response")
@@ -49,12 +62,11 @@ FAULTS = (
     "to_host duplicate frame every=9",
     "to_host flip p=0.001",
 )
-STAGED = dict(CASES)
-"""The last stage of each unit that has one."""
 
 
 @pytest.mark.parametrize(
-    ("unit", "stage"), chosen(CASES, lambda case: STAGED[case[0]] == case[1] or case[0] == "TDC001")
+    ("unit", "stage"),
+    chosen(PAIRS, lambda case: case in FITTED or case == ("TDC001", None)),
 )
 def test_a_virtual_controller_passes_and_is_restored(unit: str, stage: str | None) -> None:
     on = bench(unit, stage)
@@ -66,10 +78,10 @@ def test_a_virtual_controller_passes_and_is_restored(unit: str, stage: str | Non
     assert not complaints(later)
     outcomes = [*report.outcomes, *later.outcomes]
     undecided = {outcome.kind.name for outcome in outcomes if outcome.result is Result.INFO}
-    assert undecided == UNDECIDED.get(unit, set())
+    assert undecided == UNDECIDED.get(unit, set()) | SLOW.get(stage or "", set())
     lacking = dict.fromkeys(why for _, why in [*report.not_run, *later.not_run])
-    assert not lacking or stage is None
-    assert all("declares no travel" in why for why in lacking)
+    assert all("declares no travel" in why or "axis limits" in why for why in lacking)
+    assert stage is None or not any("declares no travel" in why for why in lacking)
 
 
 @pytest.mark.matrix
@@ -233,7 +245,7 @@ def test_ids_do_not_depend_on_permissions() -> None:
 
 
 def test_every_check_with_needs_describes_its_actions() -> None:
-    for unit, stage in CASES:
+    for unit, stage in [*BARE, *FITTED]:
         on = bench(unit, stage)
         for check in plan(on.declared, on.allowed()):
             assert bool(check.does) == bool(check.needs), check.id

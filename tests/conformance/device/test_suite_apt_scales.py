@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import pytest
 from apt_runs import MOVES, Bench, bench, readable, run_on
@@ -11,6 +12,8 @@ from test_suite_apt_range import MOVING, id_of
 from watched_links import WatchedLink
 
 import stagewire_virtual
+from stagewire._devices.unit import Alias
+from stagewire.devices import Facts
 from stagewire_apt import stages
 from stagewire_conformance.device.checks.apt.motion.pace import is_printed, velocity_scale
 from stagewire_conformance.device.declaration import declare
@@ -37,6 +40,8 @@ def on_bench(
 ) -> Bench:
     """Return a controller with the messages of the TST001, declared as a TST001.
 
+    The declaration has two aliases of the TST001: the KST101, and the KST901, whose scale is unknown.
+
     :param position: the value of its counter.
     """
     controller = stagewire_virtual.TST001(
@@ -47,9 +52,18 @@ def on_bench(
         position=10 * MM_OF_KST101,
     )
     fitted = ChannelPics(stage="APT_STEPPER", travel=Range.parse(travel) if travel else None)
-    on = Bench(controller, declare(Pics(unit="TST001", channels=(fitted,))), "2..5mm")
+    declared = declare(Pics(unit="TST001", channels=(fitted,)))
+    on = Bench(controller, replace(declared, facts=with_aliases(declared.facts)), "2..5mm")
     on.link.write(bytes.fromhex("1004 0600 d001 0100") + position.to_bytes(4, "little"))
     return on
+
+
+def with_aliases(known: Facts) -> Facts:
+    """Return facts in which the KST101 and an invented unit are aliases of the TST001."""
+    prefixes = known.units["KST101"].prefixes
+    units = {name: unit for name, unit in known.units.items() if unit.prefixes != prefixes}
+    newer = [Alias(name, "", "TST001", prefixes=prefixes) for name in ("KST101", "KST901")]
+    return replace(known, units=units, aliases={alias.name: alias for alias in newer})
 
 
 def of_model(model: bytes, source: int) -> Change:
@@ -97,6 +111,18 @@ def test_a_documented_unit_keeps_its_scale() -> None:
     assert report.declared is on.declared
 
 
+def test_a_rotary_stage_moves_within_a_range_in_degrees() -> None:
+    on = bench("K10CR1")
+    link = WatchedLink(on.link)
+    report = run_on(on, TARGETED, link=link, allowed=on.allowed("0..6deg"))
+    assert {outcome.result for outcome in report.outcomes} == {Result.PASS}
+    assert targets(link.writes)
+    assert all(0 <= target <= 2 * 409_600 for target in targets(link.writes))
+    in_mm = run_on(on, TARGETED, allowed=on.allowed("0..6mm"))
+    assert in_mm.outcomes == ()
+    assert all("0..6mm cannot be converted to deg" in why for why in not_run(in_mm).values())
+
+
 def test_a_declared_travel_uses_the_scale_of_the_alias() -> None:
     on = on_bench(travel="0..25mm")
     report = run_on(on, TARGETED)
@@ -106,10 +132,10 @@ def test_a_declared_travel_uses_the_scale_of_the_alias() -> None:
 @pytest.mark.parametrize(
     ("model", "serial_number", "who"),
     [
-        ("KST201", 26_000_001, "APT_STEPPER on KST201"),
-        ("", 26_000_001, "APT_STEPPER on KST101 or KST201"),
+        ("KST901", 26_000_001, "APT_STEPPER on KST901"),
+        ("", 26_000_001, "APT_STEPPER on KST101 or KST901"),
         ("TDC001", 83_000_001, "APT_STEPPER on a controller with the serial number 83000001 and"),
-        ("TST001", 26_000_001, "APT_STEPPER on KST101 or KST201 or TST001"),
+        ("TST001", 26_000_001, "APT_STEPPER on KST101 or KST901 or TST001"),
     ],
 )
 def test_without_a_scale_nothing_moves_and_the_reason_is_given(
@@ -126,14 +152,29 @@ def test_without_a_scale_nothing_moves_and_the_reason_is_given(
         assert why.endswith("; allow counts, or give counts_per_mm in a PICS")
 
 
+@pytest.mark.parametrize("unit", ["TST001", "KST101"])
+def test_a_stepper_with_the_number_of_another_unit_has_no_scale(unit: str) -> None:
+    """A KST101 that is declared as a TST001, and a TST001 as a KST101: their microsteps differ by 16."""
+    models = {"TST001": ("KST101", 26_000_001), "KST101": ("TST001", 80_000_001)}
+    model, serial_number = models[unit]
+    on = on_bench(model, serial_number)
+    on.declared = declare(Pics(unit=unit, channels=(ChannelPics(stage="APT_STEPPER"),)))
+    link = WatchedLink(on.link)
+    report = run_on(on, MOVES, link=link)
+    assert {outcome.result for outcome in report.outcomes} <= {Result.SKIP}
+    assert moving(link.writes) == []
+    who = f"a controller with the serial number {serial_number} and the model {model!r}"
+    assert any(who in why for why in not_run(report).values())
+
+
 def test_a_range_in_counts_needs_no_scale() -> None:
-    on = on_bench("KST201")
+    on = on_bench("KST901")
     report = run_on(on, TARGETED, allowed=on.allowed("0..500000counts"))
     assert {outcome.result for outcome in report.outcomes} == {Result.PASS}
 
 
 def test_the_scale_of_the_pics_applies_to_every_controller() -> None:
-    on = on_bench("KST201", position=3 * MM_OF_KST101)
+    on = on_bench("KST901", position=3 * MM_OF_KST101)
     fitted = ChannelPics(counts_per_mm=MM_OF_KST101)
     on.declared = declare(Pics(unit="TST001", channels=(fitted,)))
     link = WatchedLink(on.link)
@@ -143,11 +184,11 @@ def test_the_scale_of_the_pics_applies_to_every_controller() -> None:
 
 
 def test_a_declared_travel_without_a_scale_ends_the_run_before_the_first_check() -> None:
-    on = on_bench("KST201", travel="0..25mm")
+    on = on_bench("KST901", travel="0..25mm")
     link = WatchedLink(on.link)
     report = run(link, plan(on.declared, on.allowed()), on.declared, on.allowed(), seed=1)
     assert report.unfinished == (
-        "0x50: travel 0..25mm: the number of counts per mm is not known on KST201; give counts_per_mm, or "
+        "0x50: travel 0..25mm: the number of counts per mm is not known on KST901; give counts_per_mm, or "
         "the travel in counts, in the PICS"
     )
     assert report.outcomes == ()

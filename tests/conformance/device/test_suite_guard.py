@@ -33,6 +33,8 @@ PERMISSIONS = {
     "settings+motion": Permissions(settings=True, motion=MOTION),
 }
 OPEN = {"none", "stream", "stop"}
+HIDES = {"PZ_SET_IOSETTINGS": "byte 1 begins MOT_MOVE_SYNCHSTART_0A06"}
+"""A message whose bytes contain the id of one that is never sent: allowed, but not as arbitrary bytes."""
 
 
 def opened(declared: Declaration, allowed: Permissions) -> set[str]:
@@ -98,13 +100,19 @@ def test_every_message_is_sent_or_refused_by_its_effect(
     for message in messages_of(declared):
         name = message.layout.message
         effect = effects[name]["effect"]
-        may = effect in opened(declared, allowed)
-        for send in (
-            lambda message=message: line.send(message, 0x50),
-            lambda message=message: line.send_bytes(message.pack(0x50, host)),
+        may = effect in opened(declared, allowed) and not effects[name].get("not_sent")
+        for is_bytes, send in enumerate(
+            (
+                lambda message=message: line.send(message, 0x50),
+                lambda message=message: line.send_bytes(message.pack(0x50, host)),
+            )
         ):
             before = len(link.writes)
-            if may:
+            if may and name in HIDES and is_bytes:
+                with pytest.raises(NotAllowedError, match=HIDES[name]):
+                    send()
+                assert len(link.writes) == before, name
+            elif may:
                 send()
                 assert message.pack(0x50, host) in link.writes[before:], name
                 sent.append(name)
@@ -136,7 +144,27 @@ def empty(entry: dict | None) -> object:
     kind = "integer" if entry is None else entry["kind"]
     if kind == "text":
         return ""
+    if kind == "array":
+        return ()
     return bytes(entry["size"]) if entry and kind == "bytes" else 0
+
+
+def test_a_message_that_is_not_sent_is_refused_with_every_permission() -> None:
+    declared = declare("TDC001")
+    every = Permissions(settings=True, motion=MOTION, eeprom=True)
+    link = WatchedLink(SteppedLink(stagewire_virtual.TDC001()))
+    line = AptLine(link, declared, every)
+    unsent = [
+        message
+        for message in messages_of(declared)
+        if declared.registry.messages[message.layout.message].get("not_sent")
+    ]
+    assert unsent
+    for message in unsent:
+        with pytest.raises(NotAllowedError, match="no source shows which a controller obeys"):
+            line.send(message, 0x50)
+        assert message.layout.message in line.refusal(message.pack(0x50, 0x01))
+    assert link.writes == []
 
 
 @pytest.mark.parametrize(

@@ -179,7 +179,6 @@ def test_a_frame_that_arrives_in_pieces_is_assembled() -> None:
 
 KINDS = {
     "message": position(1),
-    "undocumented": m.HwRichResponse(b"x" * 68).pack(HOST, 0x50),
     "unknown": bytes.fromhex("34120200 81 50 0102"),
     "bad_length": bytes.fromhex("12040200 81 50 0100"),
     "garbage": b"\x99",

@@ -333,6 +333,18 @@ def test_a_range_in_counts_lies_within_the_range_in_mm(
     assert Range.parse(text).in_counts(known) == counts
 
 
+def test_a_range_in_degrees_is_for_rotary_stages() -> None:
+    from stagewire_apt import stages
+
+    rotary = stages.K10CR1.scale("position", "K10CR1")  # 409600 counts per 3 degrees
+    linear = stages.Z8.scale("position", "TDC001")
+    assert Range.parse("-1.5..3deg").in_counts(rotary) == (-204_800, 409_600)
+    with pytest.raises(StagewireError, match=r"0\.\.3mm cannot be converted to deg"):
+        Range.parse("0..3mm").in_counts(rotary)
+    with pytest.raises(StagewireError, match=r"0\.\.3deg cannot be converted to mm"):
+        Range.parse("0..3deg").in_counts(linear)
+
+
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
@@ -351,6 +363,8 @@ def test_an_invalid_range_is_refused_with_an_example(text: str, problem: str) ->
         Range.parse(text)
 
 
-@pytest.mark.parametrize("text", ["0..5mm", "-1.5..1.5mm", "0..100000counts", "0.000001..2V"])
+@pytest.mark.parametrize(
+    "text", ["0..5mm", "-8..8deg", "-1.5..1.5mm", "0..100000counts", "0.000001..2V"]
+)
 def test_a_range_is_written_as_it_is_read(text: str) -> None:
     assert str(Range.parse(text)) == text

@@ -14,6 +14,8 @@ from stagewire.protocols import load_protocol
 from stagewire_conformance import Verdict, coverage, run
 from stagewire_conformance.arithmetic import evaluate, rounded
 from stagewire_conformance.examples import run_capture, run_example
+from undocumented import NAME as UNPRINTED
+from undocumented import PROTOCOL as WITH_UNPRINTED
 
 APT = load_protocol("thorlabs_apt")
 Json = dict[str, Any]
@@ -111,11 +113,12 @@ def test_bytes_that_are_not_stated_fail() -> None:
 
 def test_the_packet_of_a_message_without_a_layout() -> None:
     entry = {
-        **RIGHT, "message": "HW_RICHRESPONSE", "form": "undocumented", "dest": 1, "source": 0x50,
-        "fields": {}, "data": "AB CD", "printed": "81 00 02 00 81 50 AB CD",
+        **RIGHT, "message": UNPRINTED, "form": "undocumented", "dest": 1, "source": 0x50,
+        "fields": {}, "data": "AB CD", "printed": "F1 00 02 00 81 50 AB CD",
     }  # fmt: skip
-    passes(entry)
-    assert "have the packet abce" in failure({**entry, "printed": "81 00 02 00 81 50 AB CE"})
+    testee_calls.passes(WITH_UNPRINTED, entry)
+    said = testee_calls.failure(WITH_UNPRINTED, {**entry, "printed": "F1 00 02 00 81 50 AB CE"})
+    assert "have the packet abce" in said
 
 
 @pytest.mark.parametrize(
@@ -248,7 +251,7 @@ def test_claims() -> None:
     assert "is bit 14" in failure(statement(flag="dc_status_bits.settled", bit_number=13))
     assert "no bit happy" in failure(statement(flag="dc_status_bits.happy", bit_number=1))
     assert "no happy_bits" in failure(statement(flag="happy_bits.x", bit_number=1))
-    passes(statement(undefined="HW_RICHRESPONSE"))
+    passes(statement(undefined="MOT_SET_MOVEVELPARAMS"))
     passes(statement(undefined="StopProfiled"))
     assert "has a layout" in failure(statement(undefined="MOT_MOVE_HOME"))
     passes(statement(enum="channel", missing="CHANBOTH_ID"))

@@ -12,7 +12,10 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 from testee_calls import SCHEMA, ask, code, one, refused
 
+from stagewire_conformance import testee
 from stagewire_conformance.testee import MAXIMUM_LINE, lines_of
+from undocumented import NAME as UNPRINTED
+from undocumented import PROTOCOL as WITH_UNPRINTED
 
 APT = "thorlabs_apt"
 MOVE = "53040600d0010100400d0300"
@@ -93,22 +96,29 @@ def test_bytes_beyond_the_layout() -> None:
     assert raw == f"{COMPLETED[:4]}10{COMPLETED[6:]}beef"
 
 
+@pytest.fixture
+def unprinted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Load Thorlabs APT with a message without a layout."""
+    monkeypatch.setattr(testee, "load_protocol", {APT: WITH_UNPRINTED}.__getitem__)
+
+
+@pytest.mark.usefixtures("unprinted")
 @pytest.mark.parametrize(
-    "raw", ["810005000150", "810000000150", "81000400815001020304", "810000008150"]
+    "raw", ["f10005000150", "f10000000150", "f1000400815001020304", "f10000008150"]
 )
 def test_a_message_without_a_layout(raw: str) -> None:
     decoded = one(op="decode", protocol=APT, hex=raw)
-    assert decoded["form"] == "undocumented"
+    assert (decoded["message"], decoded["form"]) == (UNPRINTED, "undocumented")
     del decoded["ok"]
     assert one(op="encode", protocol=APT, **decoded)["hex"] == raw
 
 
 def test_unnamed_parameters_are_included_if_they_are_not_zero() -> None:
-    assert one(op="decode", protocol=APT, hex="230200005001")["fields"] == {}
-    odd = one(op="decode", protocol=APT, hex="230200075001")
+    assert one(op="decode", protocol=APT, hex="050000005001")["fields"] == {}
+    odd = one(op="decode", protocol=APT, hex="050000075001")
     assert odd["fields"] == {"param2": 7}
     del odd["ok"]
-    assert one(op="encode", protocol=APT, **odd)["hex"] == "230200075001"
+    assert one(op="encode", protocol=APT, **odd)["hex"] == "050000075001"
 
 
 @pytest.mark.parametrize(
@@ -153,13 +163,23 @@ def test_refusals_of_bytes(raw: str, error: str) -> None:
         ({"message": "MOT_MOVE_HOME", "fields": {"chan_ident": 1}, "data": "00"}, "bad_value"),
         ({"message": "MOT_MOVE_COMPLETED", "form": "data:undecided", "data": "00"}, "bad_length"),
         ({"message": "MOT_MOVE_COMPLETED", "form": "data:undecided"}, "missing_field"),
-        ({"message": "HW_RICHRESPONSE", "form": "undocumented"}, "unsupported"),
-        ({"message": "HW_RICHRESPONSE", "data": "00", "fields": {"param1": 1}}, "bad_value"),
         ({"message": "MOT_SET_MOVEVELPARAMS"}, "unsupported"),
     ],
 )
 def test_refusals_of_values(request_: dict[str, Any], error: str) -> None:
     assert refused(**encode(**request_)) == error
+
+
+@pytest.mark.usefixtures("unprinted")
+@pytest.mark.parametrize(
+    ("request_", "error"),
+    [
+        ({"form": "undocumented"}, "unsupported"),
+        ({"data": "00", "fields": {"param1": 1}}, "bad_value"),
+    ],
+)
+def test_refusals_of_values_without_a_layout(request_: dict[str, Any], error: str) -> None:
+    assert refused(**encode(message=UNPRINTED, **request_)) == error
 
 
 def test_missing_address() -> None:

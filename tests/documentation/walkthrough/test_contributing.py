@@ -19,9 +19,10 @@ FRAMING = "how-to/add-a-framing.md"
 WALKS = {
     "tutorials/new-message.md": (),
     "how-to/correct-a-fact.md": (),
+    "how-to/overlays.md#Add a unit and its stage": (),
     FRAMING: ("runtime", "generator", "virtual", "conformance", "cli"),
 }
-"""Pages with a walkthrough, and the folders whose code it changes."""
+"""Pages with a walkthrough, or its section, and the folders whose code it changes."""
 
 GIT = {
     "GIT_AUTHOR_NAME": "Reader",
@@ -53,7 +54,8 @@ def walk(tmp_path: Path, page: str) -> Walk:
 @pytest.mark.matrix
 @pytest.mark.parametrize("page", WALKS)
 def test_the_commands_of_a_page_print_what_it_shows(page: str, walk: Walk) -> None:
-    followed = list(blocks(DOCS / page))
+    document, _, section = page.partition("#")
+    followed = [block for block in blocks(DOCS / document) if section in ("", block.section)]
     assert any(block.language == "console" for block in followed)
     for block in followed:
         walk.follow(block)

@@ -17,7 +17,7 @@
     } while (0)
 
 /* Longer than any message of any protocol. */
-enum { ROOM = 1024 };
+enum { ROOM = 5120 };
 
 /* Returns the last size bytes of the room, so that the sanitizer detects a read of one byte too many. The start depends
  * on the size, so words are sometimes at odd addresses. */

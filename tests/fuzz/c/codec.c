@@ -48,6 +48,47 @@ static bool field_fits(const struct stagewire_field *field, const uint8_t *messa
     return (int64_t)bits >= field->minimum && (int64_t)bits <= field->maximum;
 }
 
+static bool is_array(const struct stagewire_field *field)
+{
+    return field->kind == STAGEWIRE_UNSIGNED_ARRAY || field->kind == STAGEWIRE_SIGNED_ARRAY;
+}
+
+/* Lets the arrays of a struct have a number of integers that the struct and the input choose, from none to more than
+ * the longest message holds: as many as the other fields state, or another number. */
+static void give_arrays(const struct stagewire_layout *layout, uint8_t *message, const uint8_t *data, size_t size)
+{
+    static uint8_t room[ROOM];
+    for (size_t i = 0; i < layout->field_count; ++i) {
+        const struct stagewire_field *field = &layout->fields[i];
+        if (!is_array(field)) {
+            continue;
+        }
+        struct stagewire_array array;
+        CHECK(field->size == sizeof array);
+        memcpy(&array, message + field->offset, sizeof array);
+        array.count %= (ROOM - 64U) / field->wire_size; /* the other fields take less than 64 bytes */
+        const size_t length = array.count * field->wire_size;
+        uint8_t *bytes = at_the_end_of(room, length);
+        for (size_t at = 0; at < length; ++at) {
+            bytes[at] = data[at % size];
+        }
+        array.bytes = bytes;
+        memcpy(message + field->offset, &array, sizeof array);
+    }
+}
+
+/* Returns whether the arrays have as many integers as the other fields state: only then are the bytes a message. */
+static bool counts_fit(const struct stagewire_layout *layout, const uint8_t *bytes, size_t size)
+{
+    static words decoded;
+    for (size_t i = 0; i < layout->field_count; ++i) {
+        if (is_array(&layout->fields[i])) {
+            return layout->decode(bytes, size, decoded, NULL) == STAGEWIRE_OK;
+        }
+    }
+    return true;
+}
+
 static bool fits(const struct stagewire_layout *layout, const uint8_t *message)
 {
     for (size_t i = 0; i < layout->field_count; ++i) {
@@ -97,7 +138,7 @@ static void checked(const struct stagewire_layout *layout, const void *message, 
     memset(room, 0x5A, sizeof room);
     const enum stagewire_verdict verdict = layout->encode(message, to, room, sizeof room, &made, true);
     const bool is_dummy = verdict == STAGEWIRE_UNSUPPORTED;
-    const bool may = fits(layout, message) && to->dest <= 0x7F;
+    const bool may = fits(layout, message) && to->dest <= 0x7F && counts_fit(layout, bytes, size);
     CHECK(verdict == STAGEWIRE_OK || verdict == STAGEWIRE_OUT_OF_RANGE || is_dummy);
     CHECK(may == (verdict != STAGEWIRE_OUT_OF_RANGE));
     if (verdict == STAGEWIRE_OK) {
@@ -151,6 +192,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     memset(message, 0, layout->struct_size);
     memcpy(message, data + 4, size - 4 < layout->struct_size ? size - 4 : layout->struct_size);
+    give_arrays(layout, (uint8_t *)message, data, size);
     size_t made = 0;
     CHECK(layout->encode(message, &to, room, sizeof room, &made, false) == STAGEWIRE_OK);
     checked(layout, message, &to, room, made);

@@ -21,7 +21,7 @@ def everything(package: Package) -> str:
             lines.append(f"extern const {name} {name}_initial;")
             lines.append(f"const {name} {name}_initial = {macro}_INIT;")
         for number in {f"{macro}_ID", f"{macro}_LENGTH", f"{macro}_SIZE"} & defined:
-            lines.append(f"extern uint8_t {number.lower()}[{number} + 1];")
+            lines.append(f"extern uint8_t of_{number.lower()}[{number} + 1];")
     lines += ["typedef void (*any_function)(void);", "extern const any_function functions[];"]
     lines += ["const any_function functions[] = {"]
     lines += [f"    (any_function){name}," for name in package.functions()]

@@ -6,7 +6,7 @@
 
 static void print_field(const struct stagewire_field *field)
 {
-    static const char *const kinds[] = {"unsigned", "signed", "text", "bytes"};
+    static const char *const kinds[] = {"unsigned", "signed", "text", "bytes", "unsigned array", "signed array"};
 
     printf("field\t%s\t%d\t%s\t%d\t%d\t%" PRId64 "\t%" PRId64 "\t%" PRId64 "\n", field->name, field->wire_size,
         kinds[field->kind], field->optional, field->unnamed, field->constant, field->minimum, field->maximum);

@@ -10,7 +10,8 @@ from stagewire._framings.header.table import shared_forms
 from stagewire.framing import Forms, FramingTable
 from stagewire.protocols import Direction
 from stagewire_generator import check
-from stagewire_generator.model import Field, Format, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field, Format
 
 INVENTED = 4
 GOOD_SPEC = SMALL_SPECS / "good_spec"

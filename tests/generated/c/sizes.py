@@ -4,8 +4,9 @@
     python tests/generated/c/sizes.py --renew "why it grew"   # write sizes.toml, with the reason
 
 Measures the three functions of every layout, shared code (helpers), parser, table and the deepest stack of
-each package. All layouts of a package are in one object, as in large firmware, so helpers are shared and not
-inlined. The checked encoder is measured without the unchecked one, which it would call.
+each package. The parser is measured without arrays, and with them if the package has any. All layouts of a
+package are in one object, as in large firmware, so helpers are shared and not inlined. The checked encoder is
+measured without the unchecked one, which it would call.
 """
 
 from __future__ import annotations
@@ -49,21 +50,34 @@ def measure(package: Package, folder: Path) -> Figures:
     )
     figures = _of_accessors(package, unchecked, UNCHECKED)
     figures |= _of_accessors(package, accessors, CHECKED)
-    source = source_of(package)
-    parser = build(folder, f"{package.prefix}_parser", source)
-    no_names = f"-D{package.prefix.upper()}_NO_NAMES"
-    nameless = build(folder, f"{package.prefix}_nameless", source, no_names)
-    figures |= _of_source(package, nameless)
-    read_only = _read_only(nameless)
-    figures["table"] = read_only
-    figures["names"] = _read_only(parser) - read_only
-    owned = sizes_of_types(package, folder)
-    figures.update(owned)
-    graphs = {"stack": accessors, "parser_stack": parser}
-    for name, path in graphs.items():
-        graph = callgraph.read([path.with_suffix(".ci")])
-        figures[name] = max(map(graph.deepest, graph.calls))
+    figures |= of_parser(package, folder)
+    figures["stack"] = _stack(accessors)
     return {f"{package.prefix}/{name}": size for name, size in figures.items()}
+
+
+def of_parser(package: Package, folder: Path) -> dict[str, int]:
+    """Return the figures of the parser and the table of a package."""
+    source = source_of(package)
+    names, arrays = (f"-D{package.prefix.upper()}_NO_{what}" for what in ("NAMES", "ARRAYS"))
+    whole = build(folder, f"{package.prefix}_whole", source)
+    nameless = build(folder, f"{package.prefix}_nameless", source, names)
+    parser = build(folder, f"{package.prefix}_parser", source, names, arrays)
+    figures = _of_source(package, parser)
+    figures["table"] = _read_only(parser)
+    figures["names"] = _read_only(whole) - _read_only(nameless)
+    figures["parser_stack"] = _stack(parser)
+    figures |= sizes_of_types(package, folder, arrays)
+    if arrays[2:] in package.source.read_text(encoding="utf-8"):
+        figures["arrays/parser"] = _of_source(package, nameless)["parser"]
+        figures["arrays/parser_stack"] = _stack(nameless)
+        figures["arrays/sizeof_parser"] = sizes_of_types(package, folder)["sizeof_parser"]
+    return figures
+
+
+def _stack(made: Path) -> int:
+    """Return the deepest stack of the functions of an object file."""
+    graph = callgraph.read([made.with_suffix(".ci")])
+    return max(map(graph.deepest, graph.calls))
 
 
 def source_of(package: Package) -> str:
@@ -143,13 +157,13 @@ def _read_only(made: Path) -> int:
     return found - sum(ours)
 
 
-def sizes_of_types(package: Package, folder: Path) -> Figures:
+def sizes_of_types(package: Package, folder: Path, *options: str) -> Figures:
     """Return the sizes of the types that users need for the parser, by name."""
     texts = (path.read_text(encoding="utf-8") for path in package.headers())
     types = [name for text in texts for name in _CALLER_OWNED.findall(text)]
     lines = [f"const unsigned char size_of_{name}[sizeof({name})] = {{0}};" for name in types]
     text = "\n".join([package.include(package.umbrella), *lines, ""])
-    made = build(folder, f"{package.prefix}_types", text)
+    made = build(folder, f"{package.prefix}_types", text, *options)
     sizes = {symbol: size for symbol, _, size in symbols("arm-none-eabi-nm", made)}
     return {
         f"sizeof_{name.removeprefix(package.prefix + '_')}": sizes[f"size_of_{name}"]

@@ -31,7 +31,7 @@ LANGUAGES = [
     ("clang++", "c++17"),
 ]
 OPTIMISATIONS = ("-O0", "-O2", "-Os")
-MACROS = ("NO_RANGE_CHECKS", "NO_TABLE", "NO_NAMES", "HOST_INDEX")
+MACROS = ("NO_RANGE_CHECKS", "NO_TABLE", "NO_NAMES", "NO_ARRAYS", "HOST_INDEX")
 STANDARD_HEADERS = {"stdint.h", "stddef.h", "stdbool.h"}
 
 of_each_language = pytest.mark.parametrize(("compiler", "standard"), first_of(LANGUAGES))

@@ -253,6 +253,8 @@ INFO = m.HwGetInfo(
     type=44,
     software_version=bytes(4),
     notes="",
+    hw_version=1,
+    mod_state=0,
     nchs=1,
 )
 

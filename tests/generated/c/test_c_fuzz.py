@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections import Counter
 from pathlib import Path
@@ -40,7 +41,7 @@ def test_the_targets_find_nothing(name: str, objects: Path, tmp_path: Path) -> N
     assert ran.code == 0, ran.said
     assert ran.executions >= EXECUTIONS
     assert ran.seen or "codec" in name
-    assert [kind for kind, number in ran.seen.items() if not number] == []
+    assert libfuzzer.never_seen(name, ran.seen) == []
 
 
 BROKEN = {
@@ -51,6 +52,11 @@ BROKEN = {
     "an event is too short": (
         *("ms2000_parser", "stagewire_ms2000.c"),
         *("event->size = parser->held;", "event->size = parser->held - (parser->held > 9U);"),
+    ),
+    "an array has too many integers": (
+        *("apt_codec", "messages/motor.h"),
+        "message->time_pos.count != apt_mot_set_movesyncharray_0a00_count(message)",
+        "message->time_pos.count < apt_mot_set_movesyncharray_0a00_count(message)",
     ),
     "a sign is lost": (
         *("ms2000_codec", "wire.h"),
@@ -109,6 +115,26 @@ def test_a_run_fails(
     fake(monkeypatch, ran)
     assert libfuzzer.run(24, SEED, 2, C) == 1
     assert word in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("message", "kinds"),
+    [
+        ({"id": 5, "layouts": []}, ["message", "undocumented"]),
+        ({"id": 5, "layouts": [{"form": "header"}]}, ["message"]),
+        ({"id": None, "layouts": []}, ["message"]),
+    ],
+    ids=["undocumented", "documented", "no id"],
+)
+def test_only_events_that_a_package_can_produce_are_expected(
+    message: dict[str, object], kinds: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    path = tmp_path / "stagewire_apt" / "registry.json"
+    path.parent.mkdir()
+    path.write_text(json.dumps({"messages": [message]}), encoding="utf-8")
+    monkeypatch.setattr(libfuzzer, "REGISTRIES", tmp_path)
+    seen = Counter(message=0, undocumented=0, garbage=1)
+    assert libfuzzer.never_seen("apt_parser", seen) == kinds
 
 
 def test_all_requested_executions_are_distributed() -> None:

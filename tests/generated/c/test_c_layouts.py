@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from toolchain import C_WARNINGS, Package, compiles, need, of_each_package, pack
 from vector_programs import build_round_trip, changed
 
 from parts import first_of
-from stagewire.protocols import load_protocol
+from stagewire.protocols import Protocol, load_protocol
 from stagewire_conformance.registry import Registry, registry_of
 
 Json = dict[str, Any]
@@ -29,8 +30,17 @@ def registry(package: Package) -> Registry:
     return registry_of(load_protocol(PROTOCOLS[package.name]))
 
 
-def lines_of(message: Json, layout: Json) -> list[list[str]]:
-    """Return the output of a program for a layout of the registry."""
+def optional_fields(protocol: Protocol) -> dict[tuple[str, str], tuple[str, ...]]:
+    """Return message and form -> the fields that a Python program may leave out."""
+    layouts = [cls.layout for cls in protocol.messages]
+    return {(layout.message, layout.form): layout.optional for layout in layouts}
+
+
+def lines_of(message: Json, layout: Json, optional: Collection[str]) -> list[list[str]]:
+    """Return the output of a program for a layout of the registry.
+
+    :param optional: the fields that may be left out.
+    """
     context, value = next(iter((layout["when"] or {}).items()), ("-", "-"))
     length = layout["length"]
     size = length if layout["form"] == "reply" else FRAMES[message["kind"]] + length
@@ -41,18 +51,19 @@ def lines_of(message: Json, layout: Json) -> list[list[str]]:
     fields = [(field["name"], field) for field in layout["fields"]]
     if layout["form"] == "header":
         fields = [(name, layout[name]) for name in ("param1", "param2")]
-    return [["layout", *head, *numbers], *(field_line(name, field) for name, field in fields)]
+    lines = [field_line(name, field, optional) for name, field in fields]
+    return [["layout", *head, *numbers], *lines]
 
 
-def field_line(name: str, field: Json | None) -> list[str]:
+def field_line(name: str, field: Json | None, optional: Collection[str]) -> list[str]:
     if field is None:
         return ["field", name, "1", "unsigned", "1", "1", "0", "0", "255"]
-    kind = field["kind"]
-    if kind == "integer":
-        kind = "signed" if field["signed"] else "unsigned"
-    optional = str(int(field["role"] in ("reserved", "constant")))
+    kind, sign = field["kind"], "signed" if field["signed"] else "unsigned"
+    size = field["array"]["item_size"] if kind == "array" else field["size"]
+    kind = {"integer": sign, "array": f"{sign} array"}.get(kind, kind)
+    assert field["name"] in optional or field["role"] == "value"
     numbers = (field["constant"] or 0, field["minimum"] or 0, field["maximum"] or 0)
-    head = ["field", field["name"], str(field["size"]), kind, optional, "0"]
+    head = ["field", field["name"], str(size), kind, str(int(field["name"] in optional)), "0"]
     return [*head, *map(str, numbers)]
 
 
@@ -69,12 +80,13 @@ def test_the_layouts_equal_those_of_the_registry(package: Package, tmp_path: Pat
     include = f"-I{package.folder.parent}"
     compiles("gcc", "-std=c99", *C_WARNINGS, include, *defines, *sources, "-o", program)
     printed = [line.split("\t") for line in run(program).stdout.splitlines()]
+    optional = optional_fields(load_protocol(PROTOCOLS[package.name]))
     assert printed == [
         line
         for message in registry(package).messages.values()
         if message["id"] is not None
         for layout in message["layouts"]
-        for line in lines_of(message, layout)
+        for line in lines_of(message, layout, optional[message["name"], layout["form"]])
     ]
 
 

@@ -18,7 +18,7 @@ from toolchain import C, compiles, need, run
 from checkout import ROOT
 from files import import_program, write_files
 from parts import first_of
-from stagewire.framing import End, FramingTable
+from stagewire.framing import End, Forms, FramingTable
 from stagewire.protocols import Direction
 from stagewire_apt import PROTOCOL
 from stagewire_generator import render
@@ -35,15 +35,20 @@ BUILDS = {
     "sanitized": [*SANITIZED, "-std=c99"],
     "sanitized and indexed": [*SANITIZED, "-std=c99", "-DAPT_HOST_INDEX"],
 }
+WITHOUT_ARRAYS = {"without arrays": [*SANITIZED, "-std=c99", "-DAPT_NO_ARRAYS"]}
 STREAMS = 1200  # per build
 STATUS = "8104 0e00 8150 0100400d0300000000003000 0080"
 HOMED = "4404 0100 0150"
+MOVE = "5304 0600 d001 0100 00000000"  # to a controller
+ARRAY = "8009 {} d001"  # the header of MOT_SET_MOVESYNCHARRAY; one channel has 8 bytes per point
 # A stream for every sentence of the rule in parser.h, and streams that are unlikely at random.
 SENTENCES = (
     "770f ff01 8150",  # 1: too long for any packet
     STATUS + HOMED,  # 2
     "8104 0400 8150 00000000",  # shorter
     "8104 1300 8150" + "00" * 13 + HOMED,  # longer, by less than a header
+    "8104 1000 8150" + "00" * 16,  # between the two lengths of the status, and the longer one
+    "8104 1c00 8150" + "00" * 28,
     "8104 1400 8150" + "00" * 20,  # longer by an invalid header
     "8104 1400 8150" + "00" * 14 + HOMED,  # longer by a header at the end of the frame
     "8104 1500 8150" + "00" * 14 + HOMED + "00",
@@ -58,8 +63,12 @@ SENTENCES = (
     "0200 0001 0150",
     "770f 0400 8150 00000000",  # 3: unknown
     "770f 0400 0150",
-    "8100 0400 8150 00000000",  # undocumented
-    "8100 0000 8000",
+    ARRAY.format("1000") + "0100 0100 0100 0000" + "00" * 8,  # an array with the stated length
+    ARRAY.format("0800") + "0100 0100 0100 0000",  # a shorter one
+    ARRAY.format("1800") + "0100 0100 0100 0000" + "00" * 16,  # a longer one
+    ARRAY.format("1800") + "0100 0100 0100 0000" + MOVE + "00" * 4,  # with a header inside
+    ARRAY.format("1004") + "0100 0100 8100 0000" + "00" * 1032,  # longer than 255 bytes
+    ARRAY.format("0c10"),  # longer than the longest
     "8104 0100 0150",  # 4: a wrong form
     "4404 0100 8150",
     "ff" + STATUS,  # 5
@@ -102,8 +111,9 @@ def indexed(folder: Path) -> Program:
 @cache
 def made(build: str, folder: Path) -> Program:
     """Return the program of a build, which is compiled once."""
-    need(BUILDS[build][0])
-    return Program(C, "stagewire_apt", folder / build.replace(" ", "_"), *BUILDS[build])
+    words = {**BUILDS, **WITHOUT_ARRAYS}[build]
+    need(words[0])
+    return Program(C, "stagewire_apt", folder / build.replace(" ", "_"), *words)
 
 
 def compare(program: Program, table: FramingTable, streams: list[tuple[End, list[Step]]]) -> int:
@@ -132,6 +142,25 @@ def test_every_sentence_of_the_rule(program: Program) -> None:
             for steps in ([stream], [stream[i : i + 1] for i in range(len(stream))]):
                 streams += [(end, [*steps]) for end in End]
     compare(program, TABLE, streams)
+
+
+def test_without_arrays_a_packet_has_any_length_from_its_fixed_fields_on(folder: Path) -> None:
+    """The reference is a table in which a message with an array has these fields alone."""
+    plain = {
+        id: Forms(it.name, it.direction, it.header, frozenset({it.counted.least}))
+        for id, it in TABLE.forms.items()
+        if it.counted
+    }
+    assert plain
+    table = FramingTable({**TABLE.forms, **plain}, TABLE.host, TABLE.devices)
+    program = made(*WITHOUT_ARRAYS, folder)
+    streams: list[tuple[End, list[Step]]] = []
+    for sentence in map(bytes.fromhex, SENTENCES):
+        stream = sentence + bytes.fromhex(STATUS) * 2 + sentence
+        streams += [(end, [stream]) for end in End]
+    rng = Random(5)
+    streams += [(rng.choice(list(End)), steps_of(rng, damaged(rng))) for _ in range(STREAMS)]
+    assert compare(program, table, streams) > 5 * STREAMS
 
 
 def test_damaged_streams_give_the_same_events(program: Program) -> None:
@@ -294,15 +323,19 @@ ASKS_TABLE = r"""
 #include <stdio.h>
 int main(void)
 {
+    size_t at;
     uint32_t id;
+    for (at = 0U; at < apt_table_count; ++at) {
+        const apt_entry *entry = &apt_table[at];
+        printf("%u %u %u %s\n", entry->id, entry->length, entry->forms, apt_entry_name(entry));
+    }
     for (id = 0U; id <= UINT16_MAX; ++id) {
         const apt_entry *entry = apt_entry_of((uint16_t)id);
         if (entry != NULL) {
-            printf("%u %u %u %s\n", entry->id, entry->length, entry->forms, apt_entry_name(entry));
+            printf("%u %d\n", (unsigned)id, (int)(entry - apt_table));
         }
     }
-    printf("%d %d\n", apt_entry_name(NULL) == NULL, (int)apt_table_count);
-    return 0;
+    return apt_entry_name(NULL) != NULL;
 }
 """
 
@@ -313,20 +346,30 @@ def test_the_table_equals_the_registry(tmp_path: Path) -> None:
     source = C / "stagewire_apt" / "stagewire_apt.c"
     made = tmp_path / "asks"
     compiles("gcc", "-std=c99", f"-I{C}", tmp_path / "asks.c", source, "-o", made)
-    *rows, last = (line.split() for line in run(made).stdout.splitlines())
-    assert last == ["1", str(len(rows))]
-    assert [int(row[0]) for row in rows] == sorted(TABLE.forms)
-    for id, length, flags, name in rows:
-        forms = TABLE.forms[int(id)]
+    lines = [line.split() for line in compiles(made).splitlines()]
+    rows = [(int(id), int(length), int(flags), name)
+            for id, length, flags, name in (line for line in lines if len(line) == 4)]  # fmt: skip
+    longest = {int(line[0]): int(line[1]) for line in lines if len(line) == 2}
+    assert [row[:2] for row in rows] == sorted(
+        (id, length) for id, forms in TABLE.forms.items() for length in lengths_of(forms)
+    )
+    assert longest == {id: at for at, (id, *_) in enumerate(rows)}  # the last row of each id
+    for before, (id, _, flags, name) in zip([None, *rows], rows, strict=False):
+        forms = TABLE.forms[id]
         assert name == forms.name
-        assert {int(length)} == (forms.lengths or {0})
-        assert bool(int(flags) & 0x10) is not forms.documented
+        assert bool(flags & 0x10) is not forms.documented
         if forms.documented:
-            assert bool(int(flags) & 1) is (Direction.TO_HOST in forms.direction)
-            assert bool(int(flags) & 2) is (Direction.TO_CONTROLLER in forms.direction)
-            assert bool(int(flags) & 4) is forms.header
-            assert bool(int(flags) & 8) is forms.only_zero_parameters
-        assert int(flags) & 0x20 == 0
+            assert bool(flags & 1) is (Direction.TO_HOST in forms.direction)
+            assert bool(flags & 2) is (Direction.TO_CONTROLLER in forms.direction)
+            assert bool(flags & 4) is forms.header
+            assert bool(flags & 8) is forms.only_zero_parameters
+        assert bool(flags & 0x20) is (before is not None and before[0] == id)
+        assert bool(flags & 0x80) is (forms.counted is not None)
+
+
+def lengths_of(forms: Forms) -> frozenset[int] | set[int]:
+    """Return the lengths of the rows of an id, without arrays."""
+    return forms.lengths or {forms.counted.least if forms.counted else 0}
 
 
 FIRMWARE = """

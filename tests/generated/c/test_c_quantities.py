@@ -220,8 +220,9 @@ def known_scales(data: Json) -> dict[str, Fraction]:
                 found[name.upper()] = Fraction(value["numerator"], value["denominator"])
             elif key.endswith("_per_count"):
                 found[name.upper()] = Fraction(value["denominator"], value["numerator"])
-        for unit, scale in rule.get("units", {}).items():
-            add(f"{name}_{unit}", scale)
+        for part in ("units", "conflict"):
+            for word, scale in rule.get(part, {}).items():
+                add(f"{name}_{word}", scale)
         for case, inner in rule.get("cases", {}).items():
             add(f"{name}_{case}", inner["scale"])
 

@@ -18,10 +18,14 @@ from stagewire_generator import check, reduced, render
 from stagewire_generator.output import write
 
 PARSER = 640
+SEVERAL_LENGTHS = 32  # of the parser, if a message has packets of several lengths
+ARRAYS = 360  # of the parser, unless PREFIX_NO_ARRAYS is defined
+ARRAYS_STACK = 32
 HELPERS = 140
 PAIR_OF_14_BYTES = 160
 TABLE_OF_A_MESSAGE = 8
 RECEIVE_BUFFER = 280
+LONGEST_PLAIN = 255  # bytes of the longest packet without an array
 STACK = 128
 
 Measured = dict[str, tuple[Path, dict[str, int]]]
@@ -70,21 +74,31 @@ def test_nothing_is_in_ram(package: Package, measured: Measured) -> None:
 @pytest.mark.matrix
 def test_the_parser_is_small(measured: Measured) -> None:
     for prefix, (_, figures) in measured.items():
-        assert figures[f"{prefix}/parser"] <= PARSER
+        limit = PARSER + SEVERAL_LENGTHS * (prefix == "apt")
+        assert figures[f"{prefix}/parser"] <= limit
+        assert figures.get(f"{prefix}/arrays/parser", 0) <= limit + ARRAYS
         assert figures.get(f"{prefix}/replies", 0) <= PARSER
 
 
 @pytest.mark.matrix
+def test_the_parser_of_issue_3_is_small(tmp_path: Path) -> None:
+    need(sizes.GCC)
+    protocols = check(ROOT / "spec" / "thorlabs_apt", base=True)
+    write(tmp_path, render(protocols, ["c"]))
+    folder = tmp_path / "c"
+    figures = sizes.of_parser(Package(folder / protocols[0].package), folder)
+    assert 0 < figures["parser"] <= PARSER
+
+
+@pytest.mark.matrix
 @pytest.mark.parametrize(
-    ("unit", "overlays", "bytes"),
-    [("TDC001", [], 900), ("KDC101", ["thorlabs_apt/issue_37"], 1004)],
+    ("unit", "base", "bytes"),
+    [("TDC001", True, 900), ("KDC101", False, 1004)],
 )
-def test_a_unit_alone_has_a_small_table(
-    tmp_path: Path, unit: str, overlays: list[str], bytes: int
-) -> None:
+def test_a_unit_alone_has_a_small_table(tmp_path: Path, unit: str, base: bool, bytes: int) -> None:
     """The page on C has these figures, which may grow by 5 %."""
     need(sizes.GCC)
-    [protocol] = check(ROOT / "spec" / "thorlabs_apt", overlays=overlays)
+    [protocol] = check(ROOT / "spec" / "thorlabs_apt", base=base)
     write(tmp_path, render([reduced(protocol, [unit])], ["c"]))
     package = Package(tmp_path / "c" / protocol.package)
     made = tmp_path / "parser.o"
@@ -148,11 +162,25 @@ def test_the_table_is_small(measured: Measured) -> None:
 
 
 @pytest.mark.matrix
-def test_the_receive_buffer_is_small(measured: Measured) -> None:
-    for prefix, (_, figures) in measured.items():
-        owned = {name: size for name, size in figures.items() if "/sizeof_" in name}
-        assert f"{prefix}/sizeof_parser" in owned
+@of_each_package
+def test_the_receive_buffer_is_small(package: Package, tmp_path: Path) -> None:
+    """Without packets of arrays, which need the length of the longest one."""
+    need(sizes.GCC)
+    prefix = package.prefix.upper()
+    for option in (f"-D{prefix}_NO_ARRAYS", f"-D{prefix}_LONGEST_PACKET={LONGEST_PLAIN}U"):
+        owned = sizes.sizes_of_types(package, tmp_path, option)
+        assert "sizeof_parser" in owned
         assert {name: size for name, size in owned.items() if size > RECEIVE_BUFFER} == {}
+
+
+@pytest.mark.matrix
+def test_the_buffer_for_arrays_has_room_for_the_longest_one(measured: Measured) -> None:
+    _, figures = measured["apt"]
+    layouts = [layout for message in messages("thorlabs_apt") for layout in message["layouts"]]
+    longest = max(layout.get("longest", 0) for layout in layouts)
+    assert longest > LONGEST_PLAIN
+    room = figures["apt/arrays/sizeof_parser"] - longest
+    assert 0 < room <= RECEIVE_BUFFER - LONGEST_PLAIN
 
 
 @pytest.mark.matrix
@@ -165,6 +193,7 @@ def test_the_stack_is_small(measured: Measured) -> None:
             assert graph.indirect() == [], "calls through pointers are not counted"
             assert graph.unbounded == frozenset()
         stacks = {name: size for name, size in figures.items() if name.endswith("stack")}
+        assert stacks.pop("apt/arrays/parser_stack", 0) <= STACK + ARRAYS_STACK
         assert {name: size for name, size in stacks.items() if size > STACK} == {}
 
 

@@ -136,7 +136,8 @@ def test_each_testee_decodes_the_bytes_of_the_other(name: str, way: str, testees
     encoded = encoder(lines(requests_of(name, encode)))
     assert all(answer["ok"] for answer in encoded), next(a for a in encoded if not a["ok"])
     decode = [
-        decoding(said, answer["hex"]) for (_, said), answer in zip(wanted, encoded, strict=True)
+        decoding(load_protocol(name), said, answer["hex"])
+        for (_, said), answer in zip(wanted, encoded, strict=True)
     ]
     decoded = decoder(lines(requests_of(name, decode)))
     for i, ((_, said), answer) in enumerate(zip(wanted, decoded, strict=True)):
@@ -203,7 +204,8 @@ def test_the_first_wrong_field_is_reported(name: str, testees: Testees) -> None:
 
 
 def test_texts(testees: Testees) -> None:
-    info = {"serial_number": 1, "type": 44, "software_version": "00" * 4, "nchs": 1, "notes": ""}
+    info = {"serial_number": 1, "type": 44, "software_version": "00" * 4, "notes": "",
+            "hw_version": 1, "mod_state": 0, "nchs": 1}  # fmt: skip
     texts = ["", "é", "ÿ", "\x80", "Ā", "Ƀ", "ࠀ", "😀", "\ud800", "\0", "a\0", "\0a", "a" * 8, "é" * 8,
              "a" * 9, "é" * 9, "a" * 8 + "\0", "a" * 8 + "Ā", "a" * 5000]  # fmt: skip
     request = {"op": "encode", "message": "HW_GET_INFO", "dest": 1, "source": 80}

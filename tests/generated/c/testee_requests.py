@@ -11,6 +11,7 @@ from testees import Json
 from stagewire.protocols import (
     Command,
     CommandProtocol,
+    CountedMessage,
     Message,
     Protocol,
     Reply,
@@ -32,6 +33,7 @@ def _integer(rng: Random, field: Json) -> int:
 
 
 def _value(rng: Random, field: Json) -> int | str:
+    """Return a value of a field that is not an array."""
     size = field["size"]
     if field["kind"] == "integer":
         return _integer(rng, field)
@@ -49,8 +51,17 @@ def _fields(rng: Random, protocol: Protocol, cls: type[Message]) -> Json:
     for name in layout.fields:
         if name not in layout.optional or rng.random() < 0.7:
             byte = {"kind": "integer", "size": 1, "minimum": 0, "maximum": 0xFF}
-            fields[name] = _value(rng, known.get(name, byte))
+            field = known.get(name, byte)
+            fields[name] = _array(rng, field, fields) if "array" in field else _value(rng, field)
     return fields
+
+
+def _array(rng: Random, field: Json, fields: Json) -> list[int]:
+    """Return the integers of an array, as many as the fields before it state."""
+    array = field["array"]
+    masks = [column["each"] for column in array["columns"]]
+    width = sum(fields[mask].bit_count() if mask else 1 for mask in masks)
+    return [_integer(rng, field) for _ in range(fields[array["rows"]] * width)]
 
 
 def _shown(protocol: Protocol, cls: type[Message], fields: Json) -> Json:
@@ -60,7 +71,7 @@ def _shown(protocol: Protocol, cls: type[Message], fields: Json) -> Json:
     shown = {}
     for name in layout.fields:
         field = known.get(name, {"kind": "integer", "size": 1})
-        empty: Json = {"integer": 0, "text": "", "bytes": "00" * field["size"]}
+        empty: Json = {"integer": 0, "text": "", "bytes": "00" * field["size"], "array": []}
         value = fields.get(name, layout.constants.get(name, empty[field["kind"]]))
         if name not in layout.unnamed or value or layout.constants.get(name):
             shown[name] = value
@@ -84,19 +95,33 @@ def encodings(rng: Random, protocol: Protocol, each: int) -> Iterator[tuple[Json
                     request["allow_dummy"] = layout.dummy
             else:
                 more = {"dest": rng.randrange(0x80), "source": rng.randrange(0x100)}
-            if layout.length and not issubclass(cls, Reply) and rng.random() < 0.2:
-                more["extra"] = bytes(rng.randrange(0x3A) for _ in range(rng.randint(1, 9))).hex()
+            most = _most_extra(protocol, cls)
+            if most and rng.random() < 0.2:
+                more["extra"] = bytes(
+                    rng.randrange(0x3A) for _ in range(rng.randint(1, most))
+                ).hex()
             yield request | more, said | more
 
 
-def decoding(said: Json, raw: str) -> Json:
+def _most_extra(protocol: Protocol, cls: type[Message]) -> int:
+    """Return how many bytes may follow a layout, which then have no other meaning."""
+    layout = cls.layout
+    if not layout.length or issubclass(cls, (Reply, CountedMessage)):
+        return 0
+    others = {
+        each.layout.length for each in protocol.messages if each.layout.message == layout.message
+    }
+    return min([9, *(length - layout.length - 1 for length in others if length > layout.length)])
+
+
+def decoding(protocol: Protocol, said: Json, raw: str) -> Json:
     """Return the request that decodes bytes, with the keys that depend on the request of the host."""
     request: Json = {"op": "decode", "hex": raw}
-    form = said["form"]
-    if form == "reply":
+    if said["form"] == "reply":
         return request | {"direction": "reply", "command": said["message"]}
-    if "dest" in said and ":" in form:
-        request["context"] = {"status": form.partition(":")[2]}
+    layout = registry_of(protocol).layout(said["message"], said["form"])
+    if layout and layout["when"]:
+        request["context"] = layout["when"]
     return request
 
 

@@ -63,4 +63,4 @@ def test_help_on_a_method_has_types_ranges_and_the_page(
     shown = server.hover(path, *place(f"{text}s")).replace("\\", "")
     assert "max_velocity_mm_per_s: Number | None = None" in shown
     assert "0 to 4294967295" in shown
-    assert "`MOT_SET_VELPARAMS`, page 30" in shown
+    assert "`MOT_SET_VELPARAMS`, Issue 3, page 30" in shown

@@ -178,7 +178,7 @@ OF_THE_REGISTRY = {
 # Facts that no target writes: they are also in the hand-written library, which would have to be changed.
 OF_THE_RUNTIME = {"framing"}
 # Facts that are only generated on request.
-OF_OVERLAYS = {"overlay-added"}
+OF_OVERLAYS = {"overlay-added", "overlay-default"}
 
 
 def registry(files: dict[str, str]) -> list[str]:
@@ -292,10 +292,10 @@ NOT_IN = {
     "good_commands": {
         "address", "controller-unit-removed", "layout-context", "layout-only-zero", "message-direction",
         "unit-address", "unit-also-at", "unit-channels", "unit-keep-alive", "unit-prefix", "unit-rate",
-        "unit-status", "addressee", "setting",
+        "unit-status", "addressee", "setting", "parameter-omitted",
     },
     "good_packets": {
-        "addressee", "call-default", "setting",
+        "addressee", "call-default", "setting", "parameter-omitted",
         "address", "command-dummy", "command-size", "controller-unit-removed", "layout-context",
         "layout-only-zero", "message-kind", "setup-switch", "unit-address", "unit-also-at", "unit-channels",
         "unit-keep-alive", "unit-prefix", "unit-rate", "unit-status",

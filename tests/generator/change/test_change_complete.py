@@ -195,7 +195,8 @@ def test_no_attribute_can_change_unnoticed(
     # Values that are objects, or missing, in all specs: the objects themselves are tested.
     assert {f"{cls.__name__}.{name}" for cls, name in wanted - tried} == {
         "Array.item", "Column.quantity", "Field.array", "Field.enum", "Field.flags", "Field.format",
-        "Field.quantity", "FlagTable.format", "Layout.param1", "Layout.param2", "Quantity.factor",
+        "Field.omitted", "Field.quantity",
+        "FlagTable.format", "Layout.param1", "Layout.param2", "Quantity.factor",
     }  # fmt: skip
 
 

@@ -162,3 +162,39 @@ def test_a_stage_with_its_own_scales_and_those_of_another_is_refused_plainly(spe
         check(spec)
     [said] = [diagnostic.message for diagnostic in caught.value.diagnostics]
     assert said == "stages.Slide: a stage has either controllers or like"
+    [cure] = [diagnostic.cure for diagnostic in caught.value.diagnostics]
+    assert cure == "keep one of them; add controllers to the stage that it is like"
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "hint"),
+    [
+        ("units.yaml", "status: dc", "status: dcc", "did you mean dc?"),
+        ("units.yaml", "status: dc", "status: warm", "write one of them"),
+        ("units.yaml", "usb_prefix: 71", 'usb_prefix: "71"', "remove the quotes"),
+        ("units.yaml", "    page: 3\n    usb_prefix", "    usb_prefix", "add page"),
+        ("units.yaml", "channels: 1", "channels: 0",
+         "see units.schema.json; `stagewire schemas DIR` writes it to DIR"),
+        ("units.yaml", "stages: [Slide]", "stages: [Slyde]", "did you mean Slide?"),
+        ("units.yaml", "family: listed", "family: lister", "did you mean listed?"),
+        ("units.yaml", "like: TP1,", "like: TP5,", "did you mean TP1?"),
+        ("units.yaml", "units: [TP1]", "units: [TP5]", "did you mean TP9 or TP2 or TP1?"),
+        ("units.yaml", "[POS_MOVE, POS_MOVED, POS_ALIVE]\n", "[POS_MOVE, POS_MUVED, POS_ALIVE]\n",
+         "did you mean POS_MOVED or POS_MOVE or POS_MODE?"),
+        ("units.yaml", "usb_prefix: 72, address: rack, channels: 1, bays: 2, family: listed",
+         "usb_prefix: 71, address: rack, channels: 1, bays: 2, family: plain",
+         "look up the prefix, and the families: units with one prefix are of one family"),
+        ("examples.yaml", "[tiny-lamp-test]", "[tiny-lamb-test]",
+         "did you mean tiny-lamp-test or tiny-move-length?"),
+    ],
+)  # fmt: skip
+def test_hint_for_a_mistake_about_units(
+    spec: Path, file: str, old: str, new: str, hint: str
+) -> None:
+    path = spec / "tiny" / file
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert hint in [diagnostic.cure for diagnostic in caught.value.diagnostics]

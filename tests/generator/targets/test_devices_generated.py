@@ -286,10 +286,17 @@ def test_names_that_are_taken(
         (
             "stagewire_apt",
             {
-                "bpc_status_bits", "channel", "dc_status_bits", "hardware_type", "output_max_volts_flags",
-                "rack_status_bits", "stage_axis", "stepper_status_bits", "tpz_status_bits",
+                "bbd30x_status_bits", "bpc_status_bits", "channel", "dc_status_bits", "hardware_type",
+                "home_direction", "home_limit_switch", "kbd101_status_bits", "kdc101_status_bits",
+                "knob_mode",
+                "m30x_status_bits", "output_max_volts_flags", "rack_status_bits", "stage_axis",
+                "stepper_status_bits", "synchronized_trigger", "tbd001_status_bits", "tpz_status_bits",
+                "trigger_output_mode", "trigger_port_mode",
             },
-            {"hard_limit": ["SWAPPED"], "software_limit_mode": ["ROTATION_STAGE"]},
+            {
+                "flipper_signal_mode": ["INVERTED_INPUT", "INVERTED_OUTPUT"],
+                "hard_limit": ["SWAPPED"], "software_limit_mode": ["ROTATION_STAGE"],
+            },
         ),
         ("stagewire_ms2000", {"axis"}, {}),
     ],

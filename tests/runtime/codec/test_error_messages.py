@@ -26,6 +26,8 @@ from stagewire.protocols import load_protocol
 from stagewire.quantities import Scale, UnknownScale, exact
 from stagewire_apt import PROTOCOL, flags, stages
 from stagewire_apt import messages as m
+from undocumented import PROTOCOL as WITH_UNPRINTED
+from undocumented import HwUnprinted
 
 MOVE = m.MotMoveAbsolute(1, 5)
 RAW = MOVE.pack(0x50, 1)
@@ -35,12 +37,13 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.MotMoveAbsolute(65536, 5),
         OutOfRangeError,
-        "MOT_MOVE_ABSOLUTE.chan_ident must be 0 to 65535 (raw counts), not 65536; see page 45",
+        "MOT_MOVE_ABSOLUTE.chan_ident must be 0 to 65535 (raw counts), not 65536; see page 45 of Issue 3",
     ),
     (
-        lambda: m.MotSetSolCycleParams(1, 399, 400, 0),
+        lambda: m.MotSetSolCycleParams(1, 99, 400, 0),
         OutOfRangeError,
-        "MOT_SET_SOL_CYCLEPARAMS.on_time must be 400 to 40000000 (raw counts of ms), not 399; see page 87",
+        "MOT_SET_SOL_CYCLEPARAMS.on_time must be 100 to 40000000 (raw counts of ms), not 99; see page 87 of "
+        "Issue 3",
     ),
     (
         lambda: m.MotMoveAbsolute(1, True),
@@ -49,34 +52,34 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
         " not True",
     ),
     (
-        lambda: m.HwGetInfo(1, 2, 44, bytes(4), "", 1),
+        lambda: m.HwGetInfo(1, 2, 44, bytes(4), "", 1, 0, 1),
         BadValueError,
         "HW_GET_INFO.model_number must be text, not 2",
     ),
     (
-        lambda: m.HwGetInfo(1, "ab€", 44, bytes(4), "", 1),
+        lambda: m.HwGetInfo(1, "ab€", 44, bytes(4), "", 1, 0, 1),
         BadValueError,
         "HW_GET_INFO.model_number must be Latin-1 text, which has no character '€'",
     ),
     (
-        lambda: m.HwGetInfo(1, "123456789", 44, bytes(4), "", 1),
+        lambda: m.HwGetInfo(1, "123456789", 44, bytes(4), "", 1, 0, 1),
         OutOfRangeError,
-        "HW_GET_INFO.model_number must have at most 8 characters, not 9; see page 22",
+        "HW_GET_INFO.model_number must have at most 8 characters, not 9; see page 53 of Issue 37",
     ),
     (
-        lambda: m.HwGetInfo(1, "a\0", 44, bytes(4), "", 1),
+        lambda: m.HwGetInfo(1, "a\0", 44, bytes(4), "", 1, 0, 1),
         BadValueError,
         "HW_GET_INFO.model_number: omit trailing NULs, encoding adds them",
     ),
     (
-        lambda: m.HwGetInfo(1, "a", 44, "abcd", "", 1),
+        lambda: m.HwGetInfo(1, "a", 44, "abcd", "", 1, 0, 1),
         BadValueError,
         "HW_GET_INFO.software_version must be 4 bytes, not 'abcd'",
     ),
     (
-        lambda: m.HwGetInfo(1, "a", 44, bytes(5), "", 1),
+        lambda: m.HwGetInfo(1, "a", 44, bytes(5), "", 1, 0, 1),
         OutOfRangeError,
-        "HW_GET_INFO.software_version must be exactly 4 bytes, not 5; see page 22",
+        "HW_GET_INFO.software_version must be exactly 4 bytes, not 5; see page 53 of Issue 37",
     ),
     (
         lambda: m.MotMoveStoppedUndecided(bytes(13)),
@@ -84,30 +87,30 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
         "MOT_MOVE_STOPPED.data must be exactly 14 bytes, not 13",
     ),
     (
-        lambda: m.HwRichResponse(),
+        lambda: HwUnprinted(),
         UnsupportedError,
-        "HW_RICHRESPONSE has no documented layout; give the bytes of its data",
+        "HW_UNPRINTED has no documented layout; give the bytes of its data",
     ),
-    (lambda: m.HwRichResponse("ab"), BadValueError, "HW_RICHRESPONSE.data must be bytes, not 'ab'"),
+    (lambda: HwUnprinted("ab"), BadValueError, "HW_UNPRINTED.data must be bytes, not 'ab'"),
     (
-        lambda: m.HwRichResponse(bytes(256)),
+        lambda: HwUnprinted(bytes(256)),
         OutOfRangeError,
-        "HW_RICHRESPONSE.data must have at most 255 bytes, not 256",
+        "HW_UNPRINTED.data must have at most 255 bytes, not 256",
     ),
     (
-        lambda: m.HwRichResponse(b"ab", param2=1),
+        lambda: HwUnprinted(b"ab", param2=1),
         BadValueError,
-        "HW_RICHRESPONSE carries data or parameters, not both",
+        "HW_UNPRINTED carries data or parameters, not both",
     ),
     (
-        lambda: m.HwRichResponse(param1=256),
+        lambda: HwUnprinted(param1=256),
         OutOfRangeError,
-        "HW_RICHRESPONSE.param1 must be 0 to 255 (raw counts), not 256",
+        "HW_UNPRINTED.param1 must be 0 to 255 (raw counts), not 256",
     ),
     (
-        lambda: m.HwRichResponse(param2="1"),
+        lambda: HwUnprinted(param2="1"),
         BadValueError,
-        "HW_RICHRESPONSE.param2 must be an integer from 0 to 255, not '1'",
+        "HW_UNPRINTED.param2 must be an integer from 0 to 255, not '1'",
     ),
     (
         lambda: MOVE.replace(speed=1),
@@ -134,7 +137,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
         "source must be an address from 0 to 0xff, not False",
     ),
     (
-        lambda: m.HwRichResponse(b"").pack(1, -1),
+        lambda: HwUnprinted(b"").pack(1, -1),
         OutOfRangeError,
         "source must be an address from 0 to 0xff, not -1",
     ),
@@ -214,7 +217,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
         lambda: build("MOT_MOVE_ABSOLUT", {}),
         UnknownMessageError,
         "Thorlabs APT host-controller communications protocol has no message "
-        "MOT_MOVE_ABSOLUT; did you mean MOT_MOVE_ABSOLUTE or MOT_MOVE_STOP or MOT_MOVE_JOG?",
+        "MOT_MOVE_ABSOLUT; did you mean MOT_MOVE_ABSOLUTE or MOT_MOVE_RASTER or MOT_MOVE_STOP?",
     ),
     (
         lambda: build("NONSENSE", {}),
@@ -302,7 +305,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: stages.MLS203.scale("position", "TDC001"),
         UnknownScaleError,
-        "the scales of MLS203 on TDC001 are unknown (known on: BBD10x)",
+        "the scales of MLS203 on TDC001 are unknown (known on: BBD10x, BBD30x, KBD101)",
     ),
 ]
 
@@ -316,13 +319,14 @@ def test_error_messages(call: Callable[[], object], kind: type[StagewireError], 
 
 
 @pytest.mark.parametrize(
-    ("message", "form"), [("HW_RICHRESPONSE", None), ("MOT_MOVE_STOPPED", "data:undecided")]
+    ("message", "form"), [("HW_UNPRINTED", None), ("MOT_MOVE_STOPPED", "data:undecided")]
 )
 def test_data_is_an_argument_not_a_field(message: str, form: str | None) -> None:
     data = bytes(14)
     with pytest.raises(UnknownFieldError, match=f"{message} .*: data is the packet, not a field"):
-        build(message, {"data": data}, form, data)
-    assert build(message, {}, form, data).data == data
+        WITH_UNPRINTED.build(message, {"data": data}, form, data)
+    built: Any = WITH_UNPRINTED.build(message, {}, form, data)
+    assert built.data == data
 
 
 def test_codes() -> None:

@@ -9,6 +9,8 @@ from stagewire.framing import Received
 from stagewire.protocols import Direction, FramedProtocol, Layout, UndecidedMessage
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
+from undocumented import PROTOCOL as WITH_UNPRINTED
+from undocumented import HwUnprinted
 
 MOVE = m.MotMoveAbsolute(1, 5)
 FRAME = Frame(MOVE, 0x50, 0x01, b"ab")
@@ -69,17 +71,17 @@ def test_ends_by_name() -> None:
 
 
 def test_an_undocumented_message_keeps_the_received_bytes() -> None:
-    header = bytes.fromhex("8100 0102 0150")
-    assert m.decode(header).message == m.HwRichResponse(param1=1, param2=2)
-    data = bytes.fromhex("8100 0200 8150 abcd")
-    assert m.decode(data).message == m.HwRichResponse(b"\xab\xcd")
+    header = bytes.fromhex("f100 0102 0150")
+    assert WITH_UNPRINTED.decode(header).message == HwUnprinted(param1=1, param2=2)
+    data = bytes.fromhex("f100 0200 8150 abcd")
+    assert WITH_UNPRINTED.decode(data).message == HwUnprinted(b"\xab\xcd")
     for raw in (header, data):
-        assert m.decode(raw).encode() == raw
-        assert m.decode(raw).extra == b""
+        assert WITH_UNPRINTED.decode(raw).encode() == raw
+        assert WITH_UNPRINTED.decode(raw).extra == b""
     for low, high in ((0, 255), (255, 0)):
-        assert m.HwRichResponse(param1=low, param2=high).pack(1, 0x50)[2:4] == bytes((low, high))
-    assert m.HwRichResponse(bytes(255)).pack(0x7F, 0xFF)[2:6] == b"\xff\0\xff\xff"
-    assert m.HwRichResponse(memoryview(b"ab")) == m.HwRichResponse(b"ab")  # type: ignore[arg-type]
+        assert HwUnprinted(param1=low, param2=high).pack(1, 0x50)[2:4] == bytes((low, high))
+    assert HwUnprinted(bytes(255)).pack(0x7F, 0xFF)[2:6] == b"\xff\0\xff\xff"
+    assert HwUnprinted(memoryview(b"ab")) == HwUnprinted(b"ab")  # type: ignore[arg-type]
 
 
 class Nothing(UndecidedMessage):

@@ -32,7 +32,11 @@ def test_forms(id: int) -> None:
     assert forms.name == message["name"]
     assert forms.direction is DIRECTIONS[message["direction"]]
     assert forms.header is bool(headers)
-    assert forms.lengths == {layout["length"] for layout in layouts if layout not in headers}
+    counted = [layout for layout in layouts if "longest" in layout]
+    known = [layout["length"] for layout in layouts if layout not in headers + counted]
+    assert forms.lengths == set(known)
+    found = forms.counted and (forms.counted.least, forms.counted.most)
+    assert found == next(((each["length"], each["longest"]) for each in counted), None)
     assert forms.documented is bool(layouts)
     assert forms.only_zero_parameters is any(layout.get("only_zero") for layout in headers)
 

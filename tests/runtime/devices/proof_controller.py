@@ -92,17 +92,20 @@ class Parrot(Controller):
     def __init__(self, seed: int) -> None:
         super().__init__()
         self._draw = random.Random(seed)
-        self._state: dict[tuple[int, type, int, int], Any] = {}
+        self._state: dict[tuple[Any, ...], Any] = {}
 
     def renew(self) -> None:
         """Replace all values by new random ones."""
         self._state.clear()
 
-    def state(self, cls: type, dest: int, channel: int, index: int = 0) -> Any:
-        """Return the current message of class ``cls``, which stays the same until it is renewed."""
-        key = (dest, cls, channel, index)
+    def state(self, cls: type, dest: int, channel: int, **asked: int) -> Any:
+        """Return the current message of class ``cls``, which stays the same until it is renewed.
+
+        ``asked`` are the fields of a request that its answer repeats.
+        """
+        key = (dest, cls, channel, *asked.values())
         if key not in self._state:
-            fixed = {"chan_ident": channel, "bay_ident": index, "index": index}
+            fixed = {"chan_ident": channel, **asked}
             self._state[key] = cls(**fields_at_random(cls, self._draw, **fixed))
         state = self._state[key]
         if cls in STATUS and (target := self._target(dest, channel)) is not None:
@@ -123,8 +126,10 @@ class Parrot(Controller):
         cls = answers_of().get(type(frame.message))
         if cls is None:
             return None
-        index = getattr(frame.message, "bay_ident", getattr(frame.message, "index", 0))
-        message = self.state(cls, frame.dest, channel_of(frame.message), index)
+        values = frame.message.values()
+        asked = {name: values[name] for name in cls.layout.fields if name in values}
+        asked.pop("chan_ident", None)
+        message = self.state(cls, frame.dest, channel_of(frame.message), **asked)
         return Frame(message, dest=HOST, source=frame.dest)
 
     def answer(self, frame: Frame) -> Said:

@@ -61,9 +61,8 @@ def frame_of(message: str, source: int, **given: Any) -> bytes:
         and not cls.layout.when
         and "undecided" not in cls.layout.form
     )
-    blank = {"software_version": bytes(4), "model_number": "", "notes": ""}
-    fields = {name: given.get(name, blank.get(name, 0)) for name in cls.layout.fields}
-    return cls(**fields).pack(dest=0x01, source=source)
+    blank = cls.unpack(bytes(6 + cls.layout.length)).values()
+    return cls(**{**blank, **given}).pack(dest=0x01, source=source)
 
 
 def tables_of(protocol: str) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from recording_link import RecordingLink
 import stagewire_virtual as virtual
 from stagewire import Scale, Stage
 from stagewire.errors import BadValueError, LimitError, UnknownScaleError
-from stagewire.quantities import Limit, UnknownLimit
+from stagewire.quantities import UnknownLimit
 from stagewire_apt import BBD102, PROTOCOL, TDC001, TPZ001, TST001, aio, stages
 from stagewire_ms2000 import MS2000
 
@@ -211,8 +211,8 @@ def test_printing_a_device_shows_each_limit_and_its_source() -> None:
             tdc
         )
     with BBD102.open("virtual://BBD102", stages={2: "MLS203_Y"}) as rack:
-        assert "    travel: 75 mm (MLS203_Y, page 76 of the document)" in str(rack)
-        assert "    maximum velocity: 200 mm/s (MLS203_Y, page 76 of the document)" in str(rack)
+        assert "    travel: 75 mm (MLS203_Y, Issue 3, page 76)" in str(rack)
+        assert "    maximum velocity: 200 mm/s (MLS203_Y, Issue 3, page 76)" in str(rack)
 
 
 def test_every_limit_of_the_registry_has_a_source() -> None:
@@ -223,7 +223,7 @@ def test_every_limit_of_the_registry_has_a_source() -> None:
     }
     assert {name for name, _ in known} == set(stages.__all__)
     for limit in known.values():
-        assert limit.source if isinstance(limit, Limit) else limit.reason
+        assert limit.reason if isinstance(limit, UnknownLimit) else limit.source
     assert known["Z8", "max_velocity"].value == Fraction("2.6")
     lengths = {name: known[name, "travel"] for name in ("Z806", "Z812", "Z825")}
     assert {name: limit.value for name, limit in lengths.items()} == {

@@ -242,9 +242,9 @@ def test_a_status_that_does_not_show_a_new_motion_yet_does_not_end_it(
 ) -> None:
     """A controller may need a moment to start a motion; it reports rest until then."""
     tdc.suspend_end_of_move_msgs()
-    standing = m.MotGetDcStatusUpdate(
-        chan_ident=1, position=0, velocity=0, reserved=0, status_bits=0
-    ).pack(0x01, 0x50)
+    standing = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0).pack(
+        0x01, 0x50
+    )
     line.twist = lambda data: standing if data[:2] == standing[:2] else data
     tdc.start_move_absolute(mm=3)
     assert tdc.is_moving()

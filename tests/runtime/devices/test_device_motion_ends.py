@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -339,8 +338,9 @@ def test_a_fault_report_during_a_motion_ends_the_wait() -> None:
     with TDC001.open(line, stage="Z8") as tdc:
         motion = tdc.start_move_absolute(mm=3)
         tdc.session.pause(0.5)
-        data = struct.pack("<HH64s", 0x0453, 12, b"Over current")
-        line.twist = lambda data_: data_ + m.HwRichResponse(data).pack(0x01, 0x50)
+        line.twist = lambda data_: (
+            data_ + m.HwRichResponse(0x0453, 12, "Over current").pack(0x01, 0x50)
+        )
         with pytest.raises(ControllerFaultError, match="'Over current'"):
             motion.wait()
         line.twist = bytes

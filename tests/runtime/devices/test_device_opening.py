@@ -24,7 +24,7 @@ from stagewire.errors import (
     UnknownScaleError,
     WrongUnitError,
 )
-from stagewire_apt import BBD102, BPC201, MST601, PROTOCOL, TDC001, TST001, stages
+from stagewire_apt import BBD102, BPC201, MST601, PROTOCOL, TDC001, TPZ001, TST001, stages
 from stagewire_apt import messages as m
 from stagewire_apt.devices.facts import FACTS
 from stagewire_ms2000 import MS2000
@@ -101,18 +101,18 @@ def test_another_serial_number_is_refused() -> None:
 def test_a_unit_newer_than_the_document_is_named_in_a_warning(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    line = RecordingLink(virtual.TDC001(serial_number=27000001))
-    with caplog.at_level(logging.WARNING, "stagewire"), TDC001.open(line) as tdc:
-        text = (
-            "KDC101: K-Cube DC servo driver, newer than the document; uses the messages of TDC001"
-        )
-        assert text in str(tdc)
+    line = RecordingLink(virtual.TPZ001(serial_number=29000001))
+    with caplog.at_level(logging.WARNING, "stagewire"), TPZ001.open(line) as tpz:
+        text = "KPZ101: K-Cube piezo driver, newer than the document; uses the messages of TPZ001"
+        assert text in str(tpz)
         assert text in caplog.text
 
 
 def test_a_newer_unit_is_refused_as_a_unit_with_other_messages() -> None:
     line = RecordingLink(virtual.TST001(serial_number=27000001))
-    with pytest.raises(WrongUnitError, match=r"the number belongs to KDC101 \(K-Cube DC servo"):
+    with pytest.raises(
+        WrongUnitError, match=r"the number belongs to KDC101, but the model to TST001"
+    ):
         TST001.open(line)
     with pytest.raises(
         WrongUnitError, match=r"belongs to BPC103 or BPC203 or BPC303 .*, but the model to BPC201"
@@ -152,7 +152,7 @@ def test_opening_without_a_controller_times_out() -> None:
         (
             {"stage": "Z9"},
             UnknownScaleError,
-            r"unknown stage Z9 \(known on TDC001: Z8, Z806, Z812, Z825\)",
+            r"unknown stage Z9 \(known on TDC001: Z8, Z806, Z812, Z825, MTS25_Z8, .*\)",
         ),
         ({"stage": 8}, BadValueError, "stage must be a Stage or the name of one"),
         ({"stage": stages.MLS203}, UnknownScaleError, "scales of MLS203 on TDC001 are unknown"),
@@ -240,7 +240,7 @@ def test_printing_a_device_shows_its_identity_stage_and_scales() -> None:
             "  channel 1: stage Z8",
             "    travel: 0 to 12 mm (set by travel_mm)",
         ]
-        assert "    position: 34304 counts per mm (Z8, page 56 of the document)" in lines
+        assert "    position: 34304 counts per mm (Z8, Issue 3, page 56)" in lines
         text = "status_velocity in raw counts only: the registry does not state it for Z8 on TDC001"
         assert f"    {text}" in lines
         assert "milliseconds" not in str(tdc)  # they need no conversion

@@ -229,7 +229,7 @@ def test_an_error_lists_the_choices(
 ) -> None:
     with pytest.raises((BadValueError, OutOfRangeError)) as refused:
         tdc.jog(direction)
-    assert str(refused.value) == said
+    assert str(refused.value) == f"{said}; see MOT_MOVE_JOG.direction, page 47 of Issue 3"
     assert line.raw == b""
 
 
@@ -256,7 +256,7 @@ def test_without_a_stage_only_counts_are_available() -> None:
     with TDC001.open(line, line="rs232") as tdc:
         line.forget()
         with pytest.raises(
-            UnknownScaleError, match=r"pass stage= \(the document lists Z8, Z806, Z812, Z825\)"
+            UnknownScaleError, match=r"pass stage= \(the document lists Z8, Z806, Z812, Z825, "
         ):
             tdc.move_absolute(mm=1)
         assert line.raw == b""

@@ -21,9 +21,7 @@ each_side = pytest.mark.parametrize("side", SIDES, ids=repr)
 
 
 def status(position: int, channel: int = 1) -> m.MotGetDcStatusUpdate:
-    return m.MotGetDcStatusUpdate(
-        chan_ident=channel, position=position, velocity=0, reserved=0, status_bits=0
-    )
+    return m.MotGetDcStatusUpdate(chan_ident=channel, position=position, velocity=0, status_bits=0)
 
 
 def at(position: int, channel: int = 1) -> m.MotGetStatusUpdate:
@@ -68,7 +66,7 @@ def test_subscriptions_return_messages_and_values(side: Side) -> None:
 def test_a_subscription_excludes_other_forms_of_a_message(side: Side) -> None:
     far = Controller()
     header = m.MotMoveCompletedHeader(chan_ident=1)
-    data = m.MotMoveCompletedDc(chan_ident=1, position=1, velocity=0, reserved=0, status_bits=0)
+    data = m.MotMoveCompletedDc(chan_ident=1, position=1, velocity=0, status_bits=0)
 
     async def scenario(bench: Any) -> None:
         async with bench.open("TDC001", identify=False) as device:

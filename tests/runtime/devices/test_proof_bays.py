@@ -38,9 +38,7 @@ class Rack(Controller):
     def end(self, bay: int) -> None:
         """Send the end of a move of a bay; not swapped: with the addresses of the request."""
         place = self._targets[address(bay)]
-        ended = m.MotMoveCompletedDc(
-            chan_ident=1, position=place, velocity=0, reserved=0, status_bits=0
-        )
+        ended = m.MotMoveCompletedDc(chan_ident=1, position=place, velocity=0, status_bits=0)
         ways = (HOST, address(bay)) if self._swapped else (address(bay), HOST)
         self.say(ended.pack(*ways))
 

@@ -20,7 +20,7 @@ from stagewire_apt.aio import TDC001 as AsyncTDC001
 
 MOVE = m.MotMoveAbsolute(chan_ident=1, absolute_distance=51456).pack(dest=0x50, source=HOST)
 COMPLETED = m.MotMoveCompletedDc(
-    chan_ident=1, position=51456, velocity=0, reserved=0, status_bits=0x80000400
+    chan_ident=1, position=51456, velocity=0, status_bits=0x80000400
 ).pack(dest=HOST, source=0x50)
 
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 from proof_calls import (
-    RAISED,
     Call,
     arguments,
     calls,
@@ -16,6 +15,7 @@ from proof_calls import (
     in_counts,
     in_units,
     method,
+    raised,
     units,
 )
 from proof_controller import Parrot
@@ -35,7 +35,7 @@ def options_of(unit: str) -> dict[str, Any]:
     options: dict[str, Any] = {"identify": False, "on_close": "leave"}
     if facts["stages"]:
         options["stage"] = getattr(stages, facts["stages"][0])
-        options |= RAISED.get(facts["stages"][0], {})
+        options |= raised(unit)
     if facts["status"] == "piezo":
         options |= {"max_volts": 75, "max_travel_um": 100}
     return options

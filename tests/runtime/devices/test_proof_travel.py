@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 from proof_calls import (
-    RAISED,
     Call,
     arguments,
     calls,
@@ -20,6 +19,7 @@ from proof_calls import (
     message_of,
     method,
     part_of,
+    raised,
     units,
 )
 from proof_controller import Parrot
@@ -63,8 +63,8 @@ class Standing(Parrot):
         super().__init__(seed=8)
         self.says: dict[str, int] = {}
 
-    def state(self, cls: type, dest: int, channel: int, index: int = 0) -> Any:
-        message = super().state(cls, dest, channel, index)
+    def state(self, cls: type, dest: int, channel: int, **asked: int) -> Any:
+        message = super().state(cls, dest, channel, **asked)
         values = {name: getattr(message, name) for name in cls.layout.fields}  # type: ignore[attr-defined]
         return cls(**{name: self.says.get(name, value) for name, value in values.items()})
 
@@ -79,7 +79,7 @@ class Scene:
             "identify": False,
             "on_close": "leave",
             "stage": getattr(stages, facts_of(unit)["stages"][0]),
-            **RAISED.get(facts_of(unit)["stages"][0], {}),
+            **raised(unit),
             "travel_mm": TRAVEL,
         }
         self._unit = unit

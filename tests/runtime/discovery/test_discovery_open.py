@@ -13,12 +13,11 @@ from stagewire.discovery import device_class
 from stagewire.errors import (
     BadValueError,
     LinkOpenError,
-    UnknownScaleError,
     UnsupportedError,
     WrongUnitError,
 )
 from stagewire.protocols import available_protocols, load_protocol
-from stagewire_apt import BBD102, TDC001
+from stagewire_apt import BBD102, TDC001, TPZ001
 from stagewire_virtual import linking
 from stagewire_virtual.linking import SteppedLink
 
@@ -64,31 +63,27 @@ def test_open_accepts_a_name_in_any_case_but_refuses_another_unit(
 def test_a_controller_newer_than_the_document_is_opened_as_a_similar_unit(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    with virtual.TDC001(serial_number=27000001) as kdc:
-        lead_to(monkeypatch, kdc)
-        with stagewire.open("virtual://made", "KDC101") as device:
-            assert type(device) is TDC001
-            assert "KDC101" in str(device)
+    with virtual.TPZ001(serial_number=29000001) as kpz:
+        lead_to(monkeypatch, kpz)
+        with stagewire.open("virtual://made", "KPZ101") as device:
+            assert type(device) is TPZ001
+            assert "KPZ101" in str(device)
 
 
 def test_the_scales_are_those_of_the_named_unit() -> None:
-    url = "virtual://TST001?serial_number=26000001"
-    for options in ({}, {"identify": False}):
-        with stagewire.open(url, "KST101", stage="APT_STEPPER", **options) as device:
-            device.set_pos_counter(mm=1)
-            assert device.get_pos_counter().position == 409_600
-    with (
-        stagewire.open(url, stage="APT_STEPPER") as device,
-        pytest.raises(UnknownScaleError, match="KST101 or KST201 or TST001"),
-    ):
-        device.move_absolute(mm=1)
-    with pytest.raises(WrongUnitError, match="is TDC001, not KDC101"):
+    for unit, counts in (("TST001", 25_600), ("KST101", 409_600), ("TST101", 409_600)):
+        for options in ({}, {"identify": False}):
+            url = f"virtual://{unit}"
+            with stagewire.open(url, unit, stage="APT_STEPPER", **options) as device:
+                device.set_pos_counter(mm=1)
+                assert device.get_pos_counter().position == counts
+    with pytest.raises(WrongUnitError, match="not a KDC101: it reports serial number 83"):
         stagewire.open("virtual://TDC001", "KDC101")
 
 
 def test_a_later_unit_of_another_kind_has_no_class() -> None:
-    with pytest.raises(UnsupportedError, match="MFF101: not in Issue 3"):
-        device_class("MFF101")
+    with pytest.raises(UnsupportedError, match="KIM101: not in Issue 3"):
+        device_class("KIM101")
 
 
 def test_an_unknown_unit_is_refused() -> None:

@@ -9,9 +9,9 @@ from stagewire._sessions.core import Core
 from stagewire._sessions.exchange import Exchange
 from stagewire.protocols import FramedMessage
 from stagewire.sessions import CommandCore, Ends, FramedCore, SessionOptions
-from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_ms2000 import PROTOCOL as MS2000
+from undocumented import PROTOCOL
 
 HOST = 0x01
 VEL = (m.MotGetVelParams,)

@@ -15,7 +15,7 @@ from stagewire_apt import messages as m
 from stagewire_ms2000 import messages as ms
 
 STATUS = said(dc_status(5))
-FRAMES = (STATUS, said(vel_params(99)), said(m.HwRichResponse(bytes(range(68)))))
+FRAMES = (STATUS, said(vel_params(99)), said(m.HwRichResponse.unpack(bytes(6) + bytes(range(68)))))
 SILENCE = 0.05
 
 

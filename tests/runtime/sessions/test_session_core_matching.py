@@ -10,6 +10,7 @@ from stepped_core import HOST, VEL, Framed, dc_status, said, vel_params
 from stagewire._sessions.exchange import Exchange
 from stagewire.errors import ReplyTimeoutError
 from stagewire_apt import messages as m
+from undocumented import HwUnprinted
 
 BAYS = (0x21, 0x22, 0x23)
 
@@ -216,7 +217,7 @@ INTRUSIONS = {
     "a DC status": said(dc_status()),
     "a 34-byte status": bytes.fromhex("81041c008150") + bytes(range(1, 29)),
     "HW_RESPONSE": said(m.HwResponse()),
-    "HW_RICHRESPONSE": said(m.HwRichResponse(bytes(68))),
+    "HW_RICHRESPONSE": said(m.HwRichResponse(0, 0, "")),
     "an unknown id": bytes.fromhex("fe7f00000150"),
     "an unknown id whose payload is a frame": bytes.fromhex("fe7f14008150") + said(vel_params(99)),
     "a stray zero": b"\0",
@@ -237,8 +238,8 @@ def test_an_intrusion_before_a_reply_affects_no_reply(intrusion):
 
 def test_a_reply_without_a_layout_can_be_requested():
     talk = Framed()
-    asked = talk.ask(m.HwReqInfo(), (m.HwRichResponse,))
-    talk.hear(said(m.HwRichResponse(bytes(68))))
+    asked = talk.ask(m.HwReqInfo(), (HwUnprinted,))
+    talk.hear(said(HwUnprinted(bytes(68))))
     assert asked.value().message.data == bytes(68)
 
 

@@ -14,6 +14,7 @@ from stagewire.errors import (
 )
 from stagewire.sessions import Ends
 from stagewire_apt import messages as m
+from undocumented import HwUnprinted
 
 COMPLETED = said(m.MotMoveCompletedHeader(1))
 STOPPED_HERE = m.MotMoveStoppedHeader(1)
@@ -128,9 +129,9 @@ def test_a_motion_that_times_out_is_unknown():
 def rich(
     request: int = 0, code: int = 7, text: bytes = b"over current", source: int = 0x50
 ) -> bytes:
-    """Return HW_RICHRESPONSE in the layout of later issues."""
+    """Return HW_RICHRESPONSE."""
     data = request.to_bytes(2, "little") + code.to_bytes(2, "little") + text.ljust(64, b"\0")
-    return m.HwRichResponse(data).pack(0x01, source)
+    return m.HwRichResponse.unpack(bytes(6) + data).pack(0x01, source)
 
 
 @pytest.mark.parametrize(
@@ -141,7 +142,7 @@ def rich(
         (rich(), 7, "over current", "HW_RICHRESPONSE code 7, 'over current'"),
         (rich(0x0453), 7, "over current", "code 7, 'over current'"),
         (rich(text=b"\xff\x00"), 7, "ff", "code 7, 'ff'"),
-        (m.HwRichResponse(b"").pack(0x01, 0x50), 0, "", "without a code"),
+        (HwUnprinted(b"").pack(0x01, 0x50), 0, "", "without a code"),
         (said(m.HwResponse(), source=1, dest=0x50), 0, "", "HW_RESPONSE"),  # unswapped
         (said(m.HwResponse(), source=0, dest=0), 0, "", "HW_RESPONSE"),
     ],

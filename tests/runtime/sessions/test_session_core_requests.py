@@ -7,6 +7,7 @@ from stepped_core import Framed, dc_status, said, vel_params
 
 from stagewire.errors import MotionTimeoutError, OutOfRangeError, ReplyTimeoutError, StagewireError
 from stagewire_apt import messages as m
+from undocumented import HwUnprinted
 
 VEL_REQUEST = m.MotReqVelParams(1)
 JOG = (m.MotReqJogParams(1), (m.MotGetJogParams,))
@@ -74,10 +75,10 @@ def test_a_timeout_names_the_messages_received_meanwhile():
     talk.hear(said(dc_status()))
     asked = talk.ask()
     talk.hear(said(dc_status()), said(dc_status()), said(m.HwResponse()))
-    talk.hear(said(m.HwRichResponse(b"\x44\x04" + bytes(66))))
+    talk.hear(said(HwUnprinted(b"\x44\x04" + bytes(66))))
     talk.later(1)
     text = str(asked.error)
-    assert "2 x MOT_GET_DCSTATUSUPDATE, 1 x HW_RESPONSE, 1 x HW_RICHRESPONSE (81 00 44 00" in text
+    assert "2 x MOT_GET_DCSTATUSUPDATE, 1 x HW_RESPONSE, 1 x HW_UNPRINTED (f1 00 44 00" in text
 
 
 def test_a_timeout_counts_bytes_that_are_not_a_message():

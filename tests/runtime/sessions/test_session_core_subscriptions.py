@@ -10,6 +10,7 @@ from stepped_core import Commands, Framed, dc_status, said, vel_params
 from stagewire.errors import BadValueError, OutOfRangeError, SessionClosedError, TransportLostError
 from stagewire.framing import BadLength, Garbage, Received, Undocumented, Unknown
 from stagewire_apt import messages as m
+from undocumented import HwUnprinted
 
 UNKNOWN = bytes.fromhex("fe7f00000150")
 TOO_SHORT = bytes.fromhex("150404008150") + bytes(4)
@@ -25,7 +26,7 @@ def everything(subscription):
 def test_unsolicited_events_are_dispatched():
     talk = Framed()
     news = talk.core.subscribe()
-    talk.hear(said(dc_status(1)), said(vel_params()), said(m.HwRichResponse(bytes(68))))
+    talk.hear(said(dc_status(1)), said(vel_params()), said(HwUnprinted(bytes(68))))
     talk.hear(UNKNOWN, TOO_SHORT, b"\0")
     talk.later(1)
     kinds = [type(event) for event in everything(news)]
@@ -168,13 +169,13 @@ def test_events_of_a_command_line_have_no_source():
 def test_bad_input_is_counted_and_raises_no_error():
     talk = Framed()
     talk.hear(said(dc_status()), said(dc_status()), UNKNOWN, TOO_SHORT)
-    talk.hear(said(m.HwRichResponse(bytes(68))), b"\0\0\0")
+    talk.hear(said(HwUnprinted(bytes(68))), b"\0\0\0")
     talk.later(1)
     counted = talk.core.statistics.values()
     assert {name: count for name, count in counted.items() if count} == {
         "unknown": 1, "bad_length": 1, "undocumented": 1, "garbage": 3, "silences": 1,
     }  # fmt: skip
-    assert talk.core.counts == {0x491: 2, 0x81: 1}
+    assert talk.core.counts == {0x491: 2, 0xF1: 1}
     assert repr(talk.core.statistics) == (
         "Statistics(bad_length=1, garbage=3, silences=1, undocumented=1, unknown=1)"
     )

@@ -83,7 +83,7 @@ def test_a_url_has_the_options_of_a_bench() -> None:
         ("virtual://TDC001?tcp=4001", "unknown option 'tcp' .options: stage, travel"),
         ("virtual://TDC001?seed=x", "option seed: expected a whole number, not 'x'"),
         ("virtual://TDC001?seed=1&seed=2", "option seed: given more than once"),
-        ("virtual://TDC001?stage=Z9", "option stage: .* has no stage Z9; did you mean Z8"),
+        ("virtual://TDC001?stage=Z9", "option stage: .* has no stage Z9; did you mean Z925"),
         (
             "virtual://TDC001?line=gpib",
             "option line: unknown line type 'gpib' .choose usb or rs232",

@@ -12,11 +12,13 @@ from echo_instrument import Notebook
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stagewire import Stage
 from stagewire_apt import stages
 from stagewire_virtual.bench import load_bench, make_bench
 from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.errors import BenchError, VirtualError
 from stagewire_virtual.faults.fault import parse_fault
+from stagewire_virtual.instrument import all_units
 from stagewire_virtual.options import LinkKind, Options, Settings
 from stagewire_virtual.serving.endpoints import PtyEndpoint, TcpEndpoint
 from stagewire_virtual.serving.server import Server
@@ -121,6 +123,15 @@ def test_only_the_name_of_a_unit_is_required() -> None:
     assert (unit.place, unit.label, unit.blueprint.options) == (TcpEndpoint(0), "TPZ001", Options())
 
 
+KNOWN_UNITS = ", ".join(sorted({*all_units(), "RACK"}))
+ON_A_TDC001 = sorted(
+    stage.name
+    for stage in vars(stages).values()
+    if isinstance(stage, Stage)
+    and "TDC001" in {n for names in stage.controllers.values() for n in names}
+)
+
+
 @pytest.mark.parametrize(
     ("unit", "where", "what"),
     [
@@ -142,12 +153,15 @@ def test_only_the_name_of_a_unit_is_required() -> None:
         ({"name": "TDC001", "seed": 1.5}, "unit 1 (TDC001), key seed", "an integer, not 1.5"),
         ({"name": "TDC001", "line": "rs485"}, "unit 1 (TDC001), key line", "choose usb or rs232"),
         (
-            {"name": "TDC001", "stage": "z9"},
+            {"name": "TDC001", "stage": "z91"},
             "unit 1 (TDC001), key stage",
-            "no stage z9; did you mean Z8? (available: APT_STEPPER, MLS203, MLS203_X, MLS203_Y, "
-            "Z8, Z806, Z812, Z825)",
+            f"has no stage z91; did you mean Z912? (available on TDC001: {', '.join(ON_A_TDC001)})",
         ),
-        ({"name": "TDC001", "stage": "rubber"}, "key stage", "no stage rubber (available: APT"),
+        (
+            {"name": "TDC001", "stage": "rubber"},
+            "key stage",
+            f"no stage rubber (available on TDC001: {ON_A_TDC001[0]}",
+        ),
         ({"name": "TSC001", "travel": 5}, "key travel", "moves nothing"),
         ({"name": "TSG001", "faults": ["stick channel=1"]}, "key faults", "that can stick"),
         ({"name": "TDC001", "stage": "MLS203"}, "key stage", "unknown (known on: BBD101"),
@@ -176,7 +190,7 @@ def test_only_the_name_of_a_unit_is_required() -> None:
         ({"name": "TDC001", "travel": 3, "channel": [{}]}, "key channel", "not both"),
         ({"name": "TDC001", "bays": ["MST601"]}, "key bays", '(name = "RACK") has named bays'),
         ({"name": "RAK"}, "key name", "did you mean RACK? (known units: BBD101"),
-        ({"name": "TDC01"}, "key name", "OST001, RACK, TDC001"),
+        ({"name": "TDC01"}, "key name", f"(known units: {KNOWN_UNITS})"),
         ({"name": "TDC001", "travel": 0}, "key travel", "requires a travel"),
         (
             {"name": "TDC001", "travel": 9, "position": 10},
@@ -192,14 +206,14 @@ def test_only_the_name_of_a_unit_is_required() -> None:
         ),
         ({"name": "RACK"}, "(RACK), key bays", "missing; list the modules"),
         (
-            {"name": "RACK", "bays": ["MST602"], "channel": [{}]},
+            {"name": "RACK", "bays": ["MST603"], "channel": [{}]},
             "(RACK), key bays",
-            "did you mean MST601",
+            "did you mean MST602 or MST601",
         ),
         (
             {"name": "RACK", "bays": ["TDC001"]},
             "(RACK), key bays",
-            "is not a module of a rack (modules: MPZ601, MST601)",
+            "is not a module of a rack (modules: MPZ601, MST601, MST602)",
         ),
     ],
 )

@@ -86,8 +86,9 @@ class Host:
         return list(self.heard)
 
 
-def test_the_added_units_are_not_in_the_installed_registry() -> None:
-    assert not LINES.keys() & units_of(PROTOCOL).keys()
+def test_an_added_unit_is_not_in_the_installed_registry() -> None:
+    """The others are units of Issue 37; the registry of these tests has no overlay."""
+    assert LINES.keys() - units_of(PROTOCOL).keys() == {"BPC303"}
 
 
 @pytest.mark.parametrize(

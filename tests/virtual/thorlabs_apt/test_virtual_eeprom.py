@@ -36,7 +36,7 @@ def test_every_set_of_every_unit_can_be_saved(unit, host):
     address = address_of(unit)
     told = {}
     for set_, req, _ in plain_sets(unit):
-        far.say(set_(**channel_of(set_), **wanted_values(set_, 1)), address)
+        far.say(set_(**channel_of(set_), **wanted_values(unit, set_, 1)), address)
         told[set_.layout.message] = far.ask(req(**channel_of(req)), address)
         far.refusals.clear()
         far.say(PROTOCOL.message_class(save)(1, set_.layout.id), address)
@@ -54,7 +54,7 @@ def test_every_unit_forgets_unsaved_sets(unit, host):
     far, new = host(unit), host(unit)
     address = address_of(unit)
     for set_, _, _ in plain_sets(unit):
-        far.say(set_(**channel_of(set_), **wanted_values(set_, 1)), address)
+        far.say(set_(**channel_of(set_), **wanted_values(unit, set_, 1)), address)
     far.clock.advance(5)
     far.instrument.power_cycle()
     for _, req, _ in plain_sets(unit):

@@ -36,9 +36,10 @@ def test_a_set_changes_only_its_own_channel(unit):
                 for other in idents
                 if other not in (None, ident)
             }
-            values = wanted_values(set_, ident or 1)
+            asked = channel or channel_of(req)
+            values = wanted_values(unit, set_, ident or 1)
             far.say(set_(**channel, **values), address_of(unit))
-            assert far.ask(req(**channel), address_of(unit)) == [get(**channel, **values)]
+            assert far.ask(req(**asked), address_of(unit)) == [get(**channel, **values)]
             for other, said in before.items():
                 assert far.ask(req(chan_ident=other), address_of(unit)) == said
             tried += 1

@@ -74,10 +74,10 @@ def test_packets_keep_their_flag_whatever_the_addresses(host):
 @pytest.mark.parametrize(
     ("unit", "prefixes"),
     [
-        ("BSC001", (20, 25)),
-        ("BMS001", (25, 30)),
-        ("TDC001", (83, 20)),
-    ],  # page 7; the last unit is followed by the first
+        ("BSC001", (20, 21)),
+        ("BMS001", (25, 26)),
+        ("TDC001", (83, 84)),
+    ],  # the next prefix of the registry
 )
 def test_the_serial_number_has_the_prefix_of_the_next_unit(unit, prefixes, host):
     def number(*quirks):

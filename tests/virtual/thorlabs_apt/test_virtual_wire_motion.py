@@ -13,9 +13,14 @@ from collections.abc import Iterator
 import pytest
 
 import stagewire_virtual as virtual
+from issues import OF_ISSUE_3
 from stagewire_virtual.instrument import all_units
 
-MOTORS = sorted(name for name, unit in all_units().items() if "MOT_MOVE_HOME" in unit.messages)
+MOTORS = sorted(
+    name
+    for name, unit in all_units().items()
+    if "MOT_MOVE_HOME" in unit.messages and name in OF_ISSUE_3
+)
 VELOCITY = 12_345
 ACCELERATION = 34_567
 COMPLETED = 0x0464

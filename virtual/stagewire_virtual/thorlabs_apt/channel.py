@@ -53,7 +53,8 @@ class Channel:
         self.parameters: MutableMapping[str, dict[str, Any]] = {}
         """The values of each parameter set, ``MOT_VELPARAMS`` -> field -> value, without the channel.
 
-        All are integers, except the part number of the stage, which is a string.
+        All are integers, except the part number of the stage, which is a string. A set that exists once
+        for each connector has more entries, such as ``MOT_IOCONFIG 2``.
         """
         self._defaults: Mapping[str, Mapping[str, Any]] = {}
         self._saved: dict[str, dict[str, Any]] = {}
@@ -83,19 +84,29 @@ class Channel:
         value: int = self.parameters.get(set_name, {}).get(field, otherwise)
         return value
 
+    def values_for(self, set_name: str, which: Mapping[str, int]) -> dict[str, Any]:
+        """Return the values of a set; ``which`` has the fields that select one of several, such as a port."""
+        if not which:
+            return self.parameters[set_name]
+        name = " ".join([set_name, *map(str, which.values())])
+        return self.parameters.setdefault(name, {**self._defaults[set_name], **which})
+
     def initialize(self, defaults: Mapping[str, Mapping[str, Any]]) -> None:
         """Set the parameters of a new controller, whose EEPROM is empty."""
         self._defaults = defaults
         self.restore()
 
     def save(self, set_name: str) -> None:
-        """Save the values of a parameter set to the EEPROM."""
-        self._saved[set_name] = dict(self.parameters[set_name])
+        """Save the values of a parameter set to the EEPROM, for all its connectors."""
+        for name, values in self.parameters.items():
+            if name.partition(" ")[0] == set_name:
+                self._saved[name] = dict(values)
 
     def restore(self) -> None:
         """Restore the saved parameters, and the defaults of those that were not saved."""
-        for set_name, values in self._defaults.items():
-            self.parameters[set_name] = {**values, **self._saved.get(set_name, {})}
+        self.parameters.clear()
+        for name, values in {**self._defaults, **self._saved}.items():
+            self.parameters[name] = {**self._defaults.get(name, {}), **values}
 
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])

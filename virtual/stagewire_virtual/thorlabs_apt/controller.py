@@ -137,7 +137,8 @@ class Controller:
         for panel in panels:
             own.update(panel.handlers(self))
         for name, facts in self._facts.items():
-            if facts.to_controller and (self.channels or facts.of_the_unit):
+            of_all = facts.of_the_unit or facts.addressee == "every"
+            if facts.to_controller and (self.channels or of_all):
                 handler = own.get(name) or self._by_the_registry(facts)
                 if handler is not None:
                     yield name, handler

@@ -94,7 +94,7 @@ class Message:
 @functools.lru_cache(maxsize=128)
 def facts_of(unit: Unit) -> Mapping[str, Message]:
     """Return the messages of a unit by name."""
-    return {name: _message(unit.message(name)) for name in sorted(unit.messages)}
+    return {name: _message(unit.message(name), unit.name) for name in sorted(unit.messages)}
 
 
 def class_of(unit: Unit, name: str) -> type[FramedMessage]:
@@ -108,7 +108,7 @@ def class_of(unit: Unit, name: str) -> type[FramedMessage]:
     return cls
 
 
-def _message(entry: Mapping[str, Any]) -> Message:
+def _message(entry: Mapping[str, Any], unit: str) -> Message:
     exchange = entry["exchange"]
     place = entry["set"] or {"name": "", "role": ""}
     layouts = sorted(entry["layouts"], key=lambda layout: layout["form"] != PLAIN)
@@ -121,7 +121,7 @@ def _message(entry: Mapping[str, Any]) -> Message:
         to_controller=entry["direction"] != "to_host",
         set_name=place["name"],
         role=place["role"],
-        values=tuple(_value(field) for name, field in fields.items() if name != CHANNEL),
+        values=tuple(_value(field, unit) for name, field in fields.items() if name != CHANNEL),
         names_channel=CHANNEL in fields,
         answered_by=tuple(exchange.get("answered_by", ())),
         announces=tuple(exchange.get("announces", ())),
@@ -143,13 +143,15 @@ def _fields(layout: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return [field for field in [*parameters, *layout["fields"]] if field["role"] == "value"]
 
 
-def _value(field: Mapping[str, Any]) -> Value:
+def _value(field: Mapping[str, Any], unit: str) -> Value:
     if field["kind"] != "integer":
         empty = "" if field["kind"] == "text" else bytes(field["size"])
         return Value(field["name"], empty, None, None, None)
     table = field.get("enum")
     complete = not field.get("open") and "modifiers" not in field
-    minimum, maximum = field["minimum"], field["maximum"]
+    ranges = field.get("ranges_by_unit", {})
+    limits = ranges.get(unit, ranges.get("others", field))
+    minimum, maximum = limits["minimum"], limits["maximum"]
     nearest = min(max(0, minimum), maximum)
     if table and nearest not in table.values():
         nearest = min(table.values())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, MutableMapping, Sequence
 from typing import Any, Final
 
 from stagewire import Frame, FramedMessage
@@ -80,6 +80,11 @@ class Parameters:
             for facts in self._facts.values()
             if facts.role == "set" and facts.set_name in _plain(unit)
         }
+        self._selectors = {
+            facts.set_name: [value.name for value in facts.values]
+            for facts in self._facts.values()
+            if facts.role == "req" and facts.values and facts.set_name in _plain(unit)
+        }
 
     def store(self, facts: Message, frame: Frame) -> None:
         """Store the values of a SET, unless the document does not allow one of them.
@@ -97,7 +102,7 @@ class Parameters:
             if why := channel.behaviour.refusal(frame):
                 self._controller.refuse(frame, f"{facts.name}: {why}")
                 continue
-            channel.parameters[facts.set_name].update(values)
+            self._selected(channel, facts.set_name, values).update(values)
             for name in values.keys() & _COMMON.get(facts.set_name, ()):
                 self._channels[0].parameters[facts.set_name][name] = values[name]
             obey_enable_state(channel)
@@ -105,14 +110,15 @@ class Parameters:
                 stored(frame)
             for name in facts.announces:
                 if name in self._facts:
-                    self._controller.send(self._message(name, channel), frame)
+                    self._controller.send(self._message(name, channel, values), frame)
 
     def answer(self, facts: Message, frame: Frame) -> None:
         """Answer a REQ with the GET of each addressed channel."""
         channels = addressed(self._channels, frame, self._controller)
+        asked = frame.message.values()
         for channel in channels if facts.names_channel else channels[:1]:
             for name in facts.answered_by:
-                self._controller.send(self._message(name, channel), frame)
+                self._controller.send(self._message(name, channel, asked), frame)
 
     def save(self, frame: Frame) -> None:
         """Save the set with the given SET id to the EEPROM (pages 60 and 113)."""
@@ -125,10 +131,17 @@ class Parameters:
         for channel in addressed(self._channels, frame, self._controller):
             channel.save(set_name)
 
-    def _message(self, get: str, channel: Channel) -> FramedMessage:
+    def _selected(
+        self, channel: Channel, set_name: str, asked: Mapping[str, Any]
+    ) -> MutableMapping[str, Any]:
+        """Return the values of a set; those of one connector if its REQ names a connector."""
+        which = {name: asked[name] for name in self._selectors.get(set_name, ())}
+        return channel.values_for(set_name, which)
+
+    def _message(self, get: str, channel: Channel, asked: Mapping[str, Any]) -> FramedMessage:
         """Return the GET of a set, with live values where the behaviour has them, else stored ones."""
         facts = self._facts[get]
-        values = dict(channel.parameters[facts.set_name])
+        values = dict(self._selected(channel, facts.set_name, asked))
         for name in _COMMON.get(facts.set_name, ()):
             values[name] = self._channels[0].parameters[facts.set_name][name]
         if live := channel.behaviour.method("live", facts.set_name):

@@ -1,6 +1,7 @@
 """The guard for controllers with framed messages: it lets only allowed messages pass.
 
-A message is judged by its effect in the registry. Arbitrary bytes, such as a truncated frame, are searched
+A message is judged by its effect in the registry. One that the registry marks as not sent, such as one
+whose id the sources contradict, is always forbidden. Arbitrary bytes, such as a truncated frame, are searched
 for forbidden messages, because a controller that is out of step may start to read at any byte.
 """
 
@@ -35,10 +36,13 @@ class AptGuard:
             for name, entry in entries.items()
             if entry["direction"] != "to_host"
         }
+        self._not_sent: dict[str, str] = {
+            name: entry.get("not_sent", "") for name, entry in entries.items()
+        }
         self._closed = {
             entry["id"]: name
             for name, entry in entries.items()
-            if name in self._effects and not allowed.opens(entry["effect"])
+            if name in self._effects and self._why_closed(name)
         }
 
     def effect(self, message: str) -> str | None:
@@ -51,12 +55,18 @@ class AptGuard:
         Raises :class:`~stagewire_conformance.device.errors.NotAllowedError`. Nothing is sent then.
         """
         name = message.layout.message
-        effect = self.effect(name)
-        if not self._allowed.opens(effect):
-            what = "controllers do not receive it" if effect is None else f"its effect is {effect}"
-            raise NotAllowedError(f"{name} to {dest:#04x} is not allowed: {what}")
-        if effect == "motion":
+        why = self._why_closed(name)
+        if why:
+            raise NotAllowedError(f"{name} to {dest:#04x} is not allowed: {why}")
+        if self.effect(name) == "motion":
             self._check_target(message, dest)
+
+    def _why_closed(self, message: str) -> str:
+        """Return why a message is forbidden whatever its values, or an empty string."""
+        effect = self.effect(message)
+        if not self._allowed.opens(effect):
+            return "controllers do not receive it" if effect is None else f"its effect is {effect}"
+        return self._not_sent[message]
 
     def _check_target(self, message: FramedMessage, dest: int) -> None:
         """Refuse a target position outside the range."""

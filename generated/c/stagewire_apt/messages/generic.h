@@ -1,6 +1,6 @@
 /**
  * @file
- * Generic system control messages (document page 15).
+ * Generic system control messages (Issue 3, page 15).
  *
  * System control, identification, racks and hubs: messages that several or all controllers support.
  *
@@ -19,9 +19,11 @@
 /**
  * Announces that the sender is about to leave the USB or Ethernet bus; either side can send it.
  *
- * HW_DISCONNECT (0x0002), in both directions, header only; page 19.
+ * HW_DISCONNECT (0x0002), in both directions, header only; Issue 3, page 19.
  *
  * The example addresses a motherboard; the document does not say whether a bay also accepts it.
+ *
+ * Also described in Issue 37, page 49.
  *
  * Erratum apt-disconnect-example-source: printed 02 00 00 00 11 00; encoded 02 00 00 00 11 01.
  */
@@ -112,12 +114,9 @@ static inline apt_status apt_hw_disconnect_decode(
 /**
  * Requests the hardware information.
  *
- * HW_REQ_INFO (0x0005), to the controller, header only; page 21. Answered by HW_GET_INFO.
+ * HW_REQ_INFO (0x0005), to the controller, header only; Issue 37, page 52. Answered by HW_GET_INFO.
  *
  * Evidence: vendor program.
- *
- * Erratum apt-hw-info-example-addresses: printed controller \#1 is asked at 0x11 and answers from
- * 0x22; encoded both as printed, a request to the motherboard and the answer of a card.
  */
 typedef struct apt_hw_req_info {
     /** Unused parameter byte; from 0 to 255. */
@@ -204,34 +203,47 @@ static inline apt_status apt_hw_req_info_decode(
 #define APT_HW_GET_INFO_ID 0x0006U
 
 /**
- * Reports the hardware information. Identity of the unit: serial number, model, type, firmware
- * version and number of channels.
+ * Reports the hardware information. Identity of the unit: serial number, model, type, versions of
+ * firmware and hardware, and number of channels.
  *
- * HW_GET_INFO (0x0006), to the host, 84 bytes of data; page 21.
+ * HW_GET_INFO (0x0006), to the host, 84 bytes of data; Issue 37, page 52.
  *
- * Erratum apt-hw-info-example-addresses: printed controller \#1 is asked at 0x11 and answers from
- * 0x22; encoded both as printed, a request to the motherboard and the answer of a card.
+ * Evidence: independent driver.
  *
- * Erratum apt-hw-info-example-notes: printed 11 00 01 00 00 00 in the last six bytes of the notes;
- * encoded 00 00 00 00 00 00.
+ * Erratum apt37-hardware-info: printed Firmware Version; encoded nothing.
  *
- * Erratum apt-software-version-number: printed 3735810; encoded four bytes, minor 2, interim 1,
- * major 57.
+ * Erratum apt37-hw-info-example-mod-state: printed 03, 00 in the breakdown; encoded 00 00.
  */
 typedef struct apt_hw_get_info {
-    /** Unique serial number of eight decimal digits; from -2147483648 to 2147483647. */
+    /** Unique serial number; page 53 says eight digits; from -2147483648 to 2147483647. */
     int32_t serial_number;
     /** Alphanumeric model number; text of at most 8 characters. */
     char model_number[8];
-    /**
-     * The document lists only two of the values in use; see enum apt_hardware_type; from 0 to
-     * 65535.
-     */
+    /** Page 53 lists only two of the values in use; see enum apt_hardware_type; from 0 to 65535. */
     uint16_t type;
-    /** Minor, interim and major revision; the fourth byte is unused; 4 bytes. */
+    /**
+     * Version of the firmware: minor, interim and major revision; the fourth byte is unused; 4
+     * bytes.
+     */
     uint8_t software_version[4];
-    /** Free text about the unit; text of at most 64 characters. */
-    char notes[64];
+    /**
+     * Free text about the unit. Issue 37 keeps the 60 bytes before the hardware version for
+     * internal use; Issue 3 prints text here, and the structure in the vendor's C header has 48
+     * characters. Text of at most 48 characters.
+     */
+    char notes[48];
+    /** For internal use; reserved, sent as zero; 10 bytes. */
+    uint8_t internal_use[10];
+    /**
+     * For internal use according to the document. The vendor's XA software reads the stage of the
+     * channel here and refuses a KDC101 that reports 0. The example of Issue 3 has 0x11, which is
+     * the Y axis of the MLS203. Reserved, sent as zero.
+     */
+    uint16_t stage_id;
+    /** Version of the hardware; from 0 to 65535. */
+    uint16_t hw_version;
+    /** Modification state of the hardware; from 0 to 65535. */
+    uint16_t mod_state;
     /** Number of channels; from 0 to 65535. */
     uint16_t nchs;
 } apt_hw_get_info;
@@ -241,7 +253,7 @@ typedef struct apt_hw_get_info {
 /** Length of the frame in bytes. */
 #define APT_HW_GET_INFO_SIZE 90U
 /** Initialiser with constants and defaults, and zero for all other fields. */
-#define APT_HW_GET_INFO_INIT APT_BRACED(0, {0}, 0, {0}, {0}, 0)
+#define APT_HW_GET_INFO_INIT APT_BRACED(0, {0}, 0, {0}, {0}, {0}, 0, 0, 0, 0)
 
 APT_STATIC_ASSERT(sizeof(apt_hw_get_info) >= 84U, apt_hw_get_info_holds_its_packet);
 
@@ -252,7 +264,11 @@ static inline void apt_hw_get_info_write_fields(const apt_hw_get_info *message, 
     at = apt_put_bytes(at, 8U, message->model_number);
     at = apt_put_16(at, message->type);
     at = apt_put_bytes(at, 4U, message->software_version);
-    at = apt_put_bytes(at, 64U, message->notes);
+    at = apt_put_bytes(at, 48U, message->notes);
+    at = apt_put_bytes(at, 10U, message->internal_use);
+    at = apt_put_16(at, message->stage_id);
+    at = apt_put_16(at, message->hw_version);
+    at = apt_put_16(at, message->mod_state);
     (void)apt_put_16(at, message->nchs);
 }
 
@@ -314,7 +330,11 @@ static inline apt_status apt_hw_get_info_decode(
         apt_copy(message->model_number, 8U, &frame[10]);
         message->type = apt_get_16(&frame[18]);
         apt_copy(message->software_version, 4U, &frame[20]);
-        apt_copy(message->notes, 64U, &frame[24]);
+        apt_copy(message->notes, 48U, &frame[24]);
+        apt_copy(message->internal_use, 10U, &frame[72]);
+        message->stage_id = apt_get_16(&frame[82]);
+        message->hw_version = apt_get_16(&frame[84]);
+        message->mod_state = apt_get_16(&frame[86]);
         message->nchs = apt_get_16(&frame[88]);
     }
     return status;
@@ -327,10 +347,14 @@ static inline apt_status apt_hw_get_info_decode(
  * Starts the periodic status messages, which typically arrive every 100 ms (page 11) until
  * HW_STOP_UPDATEMSGS.
  *
- * HW_START_UPDATEMSGS (0x0011), to the controller, header only; page 20. Starts
+ * HW_START_UPDATEMSGS (0x0011), to the controller, header only; Issue 3, page 20. Starts
  * MOT_GET_STATUSUPDATE, MOT_GET_DCSTATUSUPDATE, PZ_GET_PZSTATUSUPDATE.
  *
  * The document does not say whether a motherboard, a bay or both accept it.
+ *
+ * Also described in Issue 37, page 51.
+ *
+ * Erratum apt37-update-rate: printed Unused; encoded update_rate.
  */
 typedef struct apt_hw_start_updatemsgs {
     /**
@@ -424,10 +448,12 @@ static inline apt_status apt_hw_start_updatemsgs_decode(
  * Stops the periodic status messages; send it before a client ends so that the host's buffers do
  * not overflow.
  *
- * HW_STOP_UPDATEMSGS (0x0012), to the controller, header only; page 20. Stops MOT_GET_STATUSUPDATE,
- * MOT_GET_DCSTATUSUPDATE, PZ_GET_PZSTATUSUPDATE.
+ * HW_STOP_UPDATEMSGS (0x0012), to the controller, header only; Issue 3, page 20. Stops
+ * MOT_GET_STATUSUPDATE, MOT_GET_DCSTATUSUPDATE, PZ_GET_PZSTATUSUPDATE.
  *
  * The document does not say whether a motherboard, a bay or both accept it.
+ *
+ * Also described in Issue 37, page 51.
  *
  * Erratum apt-summary-stop-updatemsgs-id: printed 0x0011; encoded 0x0012.
  */
@@ -519,7 +545,10 @@ static inline apt_status apt_hw_stop_updatemsgs_decode(
 /**
  * Requests the occupancy of a rack bay.
  *
- * RACK_REQ_BAYUSED (0x0060), to the controller, header only; page 23. Answered by RACK_GET_BAYUSED.
+ * RACK_REQ_BAYUSED (0x0060), to the controller, header only; Issue 3, page 23. Answered by
+ * RACK_GET_BAYUSED.
+ *
+ * Also described in Issue 37, page 54.
  *
  * Erratum apt-bay-idents: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay 10.
  *
@@ -614,7 +643,9 @@ static inline apt_status apt_rack_req_bayused_decode(
  * Reports the occupancy of a rack bay. Whether a bay of the rack holds a module; the motherboard
  * answers.
  *
- * RACK_GET_BAYUSED (0x0061), to the host, header only; page 23.
+ * RACK_GET_BAYUSED (0x0061), to the host, header only; Issue 3, page 23.
+ *
+ * Also described in Issue 37, page 54.
  *
  * Erratum apt-bay-idents: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay 10.
  *
@@ -622,6 +653,8 @@ static inline apt_status apt_rack_req_bayused_decode(
  *
  * Erratum apt-rack-get-bayused-example-addresses: printed destination 11, source 01; encoded
  * destination 01, source 11.
+ *
+ * Erratum apt37-bay-numbers: printed nothing; encoded bay_1.
  */
 typedef struct apt_rack_get_bayused {
     /** See enum apt_rack_bay; from 0 to 255. */
@@ -711,7 +744,10 @@ static inline apt_status apt_rack_get_bayused_decode(
 /**
  * Requests the hub bay of the unit.
  *
- * HUB_REQ_BAYUSED (0x0065), to the controller, header only; page 24. Answered by HUB_GET_BAYUSED.
+ * HUB_REQ_BAYUSED (0x0065), to the controller, header only; Issue 3, page 24. Answered by
+ * HUB_GET_BAYUSED.
+ *
+ * Also described in Issue 37, page 55.
  */
 typedef struct apt_hub_req_bayused {
     /** Unused parameter byte; from 0 to 255. */
@@ -801,7 +837,9 @@ static inline apt_status apt_hub_req_bayused_decode(
 /**
  * Reports the hub bay of the unit. Bay of the hub that holds the addressed T-Cube.
  *
- * HUB_GET_BAYUSED (0x0066), to the host, header only; page 24.
+ * HUB_GET_BAYUSED (0x0066), to the host, header only; Issue 3, page 24.
+ *
+ * Also described in Issue 37, page 55.
  *
  * Erratum apt-hub-bay-minus-one: printed -0x01; encoded 0xFF.
  */
@@ -893,7 +931,13 @@ static inline apt_status apt_hub_get_bayused_decode(
 /**
  * Short error message about a fault, failure or warning; not sent in normal operation.
  *
- * HW_RESPONSE (0x0080), to the host, header only; page 19. Muted by MOT_SUSPEND_ENDOFMOVEMSGS.
+ * HW_RESPONSE (0x0080), to the host, header only; Issue 3, page 19. Muted by
+ * MOT_SUSPEND_ENDOFMOVEMSGS.
+ *
+ * Also described in Issue 37, page 49.
+ *
+ * Erratum apt37-hw-response-code: printed the message carries a numerical fault code; encoded a
+ * header without parameters.
  */
 typedef struct apt_hw_response {
     /** Unused parameter byte; from 0 to 255. */
@@ -976,16 +1020,108 @@ static inline apt_status apt_hw_response_decode(
     return status;
 }
 
-/**
- * Verbose error message; the document names it but does not describe its packet.
- *
- * HW_RICHRESPONSE (0x0081), to the host, layout not documented; pages 13, 82, 83. Muted by
- * MOT_SUSPEND_ENDOFMOVEMSGS.
- *
- * Erratum apt-richresponse-no-layout: printed named as a message, without a description; encoded an
- * id without a layout; its packet is kept as bytes.
- */
+/** Id of HW_RICHRESPONSE. */
 #define APT_HW_RICHRESPONSE_ID 0x0081U
+
+/**
+ * Verbose error message with a code and a text about a fault, failure or warning; not sent in
+ * normal operation.
+ *
+ * HW_RICHRESPONSE (0x0081), to the host, 68 bytes of data; Issue 37, page 50. Muted by
+ * MOT_SUSPEND_ENDOFMOVEMSGS.
+ */
+typedef struct apt_hw_richresponse {
+    /**
+     * Id of the message that caused the error; usually 0, for a fault without such a message; from
+     * 0 to 65535.
+     */
+    uint16_t msg_ident;
+    /** Code of the condition, specific to the vendor; from 0 to 65535. */
+    uint16_t code;
+    /** Description of the error; ends with a zero byte; text of at most 64 characters. */
+    char notes[64];
+} apt_hw_richresponse;
+
+/** Length of the packet in bytes. */
+#define APT_HW_RICHRESPONSE_LENGTH 68U
+/** Length of the frame in bytes. */
+#define APT_HW_RICHRESPONSE_SIZE 74U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_HW_RICHRESPONSE_INIT APT_BRACED(0, 0, {0})
+
+APT_STATIC_ASSERT(sizeof(apt_hw_richresponse) >= 68U, apt_hw_richresponse_holds_its_packet);
+
+/** Write the fields without the header; no checks. */
+static inline void apt_hw_richresponse_write_fields(
+    const apt_hw_richresponse *message, uint8_t *out)
+{
+    uint8_t *at = apt_put_16(out, message->msg_ident);
+    at = apt_put_16(at, message->code);
+    (void)apt_put_bytes(at, 64U, message->notes);
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_HW_RICHRESPONSE_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_hw_richresponse_encode_unchecked(
+    const apt_hw_richresponse *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (cap < APT_HW_RICHRESPONSE_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_hw_richresponse_write_fields(
+        message, apt_begin_packet(UINT32_C(0x00440081), addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_HW_RICHRESPONSE_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_hw_richresponse_encode(
+    const apt_hw_richresponse *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < APT_HW_RICHRESPONSE_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_hw_richresponse_write_fields(
+        message, apt_begin_packet(UINT32_C(0x00440081), addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame; the extra bytes of a longer packet are ignored.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_hw_richresponse_decode(
+    const uint8_t *frame, size_t size, apt_hw_richresponse *message)
+{
+    const apt_status status = apt_check_packet(frame, size, UINT32_C(0x00440081));
+    if (status == APT_OK) {
+        message->msg_ident = apt_get_16(&frame[6]);
+        message->code = apt_get_16(&frame[8]);
+        apt_copy(message->notes, 64U, &frame[10]);
+    }
+    return status;
+}
 
 /** Id of MOD_SET_CHANENABLESTATE. */
 #define APT_MOD_SET_CHANENABLESTATE_ID 0x0210U
@@ -993,11 +1129,15 @@ static inline apt_status apt_hw_response_decode(
 /**
  * Sets the channel enable state. Enables or disables a drive channel.
  *
- * MOD_SET_CHANENABLESTATE (0x0210), to the controller, header only; page 17.
+ * MOD_SET_CHANENABLESTATE (0x0210), to the controller, header only; Issue 3, page 17.
  *
  * Disabling a channel releases the load that its motor holds; enabling it powers the motor.
  *
+ * Also described in Issue 37, page 47.
+ *
  * Evidence: vendor program.
+ *
+ * Erratum apt37-chan-idents-of-tim101: printed channel 3; encoded nothing.
  */
 typedef struct apt_mod_set_chanenablestate {
     /** See enum apt_channel; from 0 to 255. */
@@ -1087,8 +1227,10 @@ static inline apt_status apt_mod_set_chanenablestate_decode(
 /**
  * Requests the channel enable state.
  *
- * MOD_REQ_CHANENABLESTATE (0x0211), to the controller, header only; page 17. Answered by
+ * MOD_REQ_CHANENABLESTATE (0x0211), to the controller, header only; Issue 3, page 17. Answered by
  * MOD_GET_CHANENABLESTATE.
+ *
+ * Also described in Issue 37, page 47.
  */
 typedef struct apt_mod_req_chanenablestate {
     /** See enum apt_channel; from 0 to 255. */
@@ -1178,7 +1320,9 @@ static inline apt_status apt_mod_req_chanenablestate_decode(
 /**
  * Reports the channel enable state. Enables or disables a drive channel.
  *
- * MOD_GET_CHANENABLESTATE (0x0212), to the host, header only; pages 17, 18.
+ * MOD_GET_CHANENABLESTATE (0x0212), to the host, header only; Issue 3, pages 17, 18.
+ *
+ * Also described in Issue 37, page 47.
  */
 typedef struct apt_mod_get_chanenablestate {
     /** See enum apt_channel; from 0 to 255. */
@@ -1262,26 +1406,304 @@ static inline apt_status apt_mod_get_chanenablestate_decode(
     return status;
 }
 
+/** Id of MOD_SET_DIGOUTPUTS. */
+#define APT_MOD_SET_DIGOUTPUTS_ID 0x0213U
+
+/**
+ * Sets the digital outputs of the module. Digital outputs of the CONTROL IO connector on the rear
+ * panel.
+ *
+ * MOD_SET_DIGOUTPUTS (0x0213), to the controller, header only; Issue 37, page 58.
+ *
+ * The controller has no information about what is connected to the outputs. On brushless DC
+ * controllers, an output shares its pin with the trigger output; first switch the trigger off with
+ * MOT_SET_TRIGGER.
+ */
+typedef struct apt_mod_set_digoutputs {
+    /** A set writes all outputs at once; bits APT_CONTROL_IO_OUTPUTS_...; from 0 to 255. */
+    uint8_t bit;
+    /** Unused parameter byte; from 0 to 255. */
+    uint8_t param2;
+} apt_mod_set_digoutputs;
+
+/** Length of the packet in bytes. */
+#define APT_MOD_SET_DIGOUTPUTS_LENGTH 0U
+/** Length of the frame in bytes. */
+#define APT_MOD_SET_DIGOUTPUTS_SIZE 6U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_MOD_SET_DIGOUTPUTS_INIT APT_BRACED(0, 0)
+
+/** Write the fields without the header; no checks. */
+static inline void apt_mod_set_digoutputs_write_fields(
+    const apt_mod_set_digoutputs *message, uint8_t *out)
+{
+    out[0] = message->bit;
+    out[1] = message->param2;
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOD_SET_DIGOUTPUTS_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_mod_set_digoutputs_encode_unchecked(
+    const apt_mod_set_digoutputs *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (cap < APT_MOD_SET_DIGOUTPUTS_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mod_set_digoutputs_write_fields(message, apt_begin_header(0x0213U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOD_SET_DIGOUTPUTS_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_mod_set_digoutputs_encode(
+    const apt_mod_set_digoutputs *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < APT_MOD_SET_DIGOUTPUTS_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mod_set_digoutputs_write_fields(message, apt_begin_header(0x0213U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_mod_set_digoutputs_decode(
+    const uint8_t *frame, size_t size, apt_mod_set_digoutputs *message)
+{
+    const apt_status status = apt_check_header(frame, size, 0x0213U);
+    if (status == APT_OK) {
+        message->bit = frame[2];
+        message->param2 = frame[3];
+    }
+    return status;
+}
+
+/** Id of MOD_REQ_DIGOUTPUTS. */
+#define APT_MOD_REQ_DIGOUTPUTS_ID 0x0214U
+
+/**
+ * Requests the digital outputs of the module.
+ *
+ * MOD_REQ_DIGOUTPUTS (0x0214), to the controller, header only; Issue 37, page 58. Answered by
+ * MOD_GET_DIGOUTPUTS.
+ */
+typedef struct apt_mod_req_digoutputs {
+    /**
+     * Named in the table, but its meaning in a request is not documented; reserved, sent as zero.
+     */
+    uint8_t bits;
+    /** Unused parameter byte; from 0 to 255. */
+    uint8_t param2;
+} apt_mod_req_digoutputs;
+
+/** Length of the packet in bytes. */
+#define APT_MOD_REQ_DIGOUTPUTS_LENGTH 0U
+/** Length of the frame in bytes. */
+#define APT_MOD_REQ_DIGOUTPUTS_SIZE 6U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_MOD_REQ_DIGOUTPUTS_INIT APT_BRACED(0, 0)
+
+/** Write the fields without the header; no checks. */
+static inline void apt_mod_req_digoutputs_write_fields(
+    const apt_mod_req_digoutputs *message, uint8_t *out)
+{
+    out[0] = message->bits;
+    out[1] = message->param2;
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOD_REQ_DIGOUTPUTS_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_mod_req_digoutputs_encode_unchecked(
+    const apt_mod_req_digoutputs *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (cap < APT_MOD_REQ_DIGOUTPUTS_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mod_req_digoutputs_write_fields(message, apt_begin_header(0x0214U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOD_REQ_DIGOUTPUTS_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_mod_req_digoutputs_encode(
+    const apt_mod_req_digoutputs *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < APT_MOD_REQ_DIGOUTPUTS_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mod_req_digoutputs_write_fields(message, apt_begin_header(0x0214U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_mod_req_digoutputs_decode(
+    const uint8_t *frame, size_t size, apt_mod_req_digoutputs *message)
+{
+    const apt_status status = apt_check_header(frame, size, 0x0214U);
+    if (status == APT_OK) {
+        message->bits = frame[2];
+        message->param2 = frame[3];
+    }
+    return status;
+}
+
+/** Id of MOD_GET_DIGOUTPUTS. */
+#define APT_MOD_GET_DIGOUTPUTS_ID 0x0215U
+
+/**
+ * Reports the digital outputs of the module. Digital outputs of the CONTROL IO connector on the
+ * rear panel.
+ *
+ * MOD_GET_DIGOUTPUTS (0x0215), to the host, header only; Issue 37, page 58.
+ */
+typedef struct apt_mod_get_digoutputs {
+    /** A set writes all outputs at once; bits APT_CONTROL_IO_OUTPUTS_...; from 0 to 255. */
+    uint8_t bit;
+    /** Unused parameter byte; from 0 to 255. */
+    uint8_t param2;
+} apt_mod_get_digoutputs;
+
+/** Length of the packet in bytes. */
+#define APT_MOD_GET_DIGOUTPUTS_LENGTH 0U
+/** Length of the frame in bytes. */
+#define APT_MOD_GET_DIGOUTPUTS_SIZE 6U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_MOD_GET_DIGOUTPUTS_INIT APT_BRACED(0, 0)
+
+/** Write the fields without the header; no checks. */
+static inline void apt_mod_get_digoutputs_write_fields(
+    const apt_mod_get_digoutputs *message, uint8_t *out)
+{
+    out[0] = message->bit;
+    out[1] = message->param2;
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOD_GET_DIGOUTPUTS_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_mod_get_digoutputs_encode_unchecked(
+    const apt_mod_get_digoutputs *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (cap < APT_MOD_GET_DIGOUTPUTS_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mod_get_digoutputs_write_fields(message, apt_begin_header(0x0215U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOD_GET_DIGOUTPUTS_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_mod_get_digoutputs_encode(
+    const apt_mod_get_digoutputs *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < APT_MOD_GET_DIGOUTPUTS_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mod_get_digoutputs_write_fields(message, apt_begin_header(0x0215U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_mod_get_digoutputs_decode(
+    const uint8_t *frame, size_t size, apt_mod_get_digoutputs *message)
+{
+    const apt_status status = apt_check_header(frame, size, 0x0215U);
+    if (status == APT_OK) {
+        message->bit = frame[2];
+        message->param2 = frame[3];
+    }
+    return status;
+}
+
 /** Id of MOD_IDENTIFY. */
 #define APT_MOD_IDENTIFY_ID 0x0223U
 
 /**
  * Flashes the front panel LEDs so that the unit can be found.
  *
- * MOD_IDENTIFY (0x0223), to the controller, header only; page 16.
+ * MOD_IDENTIFY (0x0223), to the controller, header only; Issue 37, page 46.
  *
- * The example addresses a bay; the document does not say whether a motherboard also accepts it.
+ * In a card slot system, the motherboard controls the LEDs: send it to the motherboard, with the
+ * number of the channel to identify. Single-channel controllers ignore the channel.
  *
  * Evidence: vendor program.
- *
- * Erratum apt-identify-table-bytes: printed 23 02 22 02 00 00; encoded 23 02 00 00 d s.
- *
- * Erratum apt-identify-tdc001-bay: printed bay 0 of the TDC001 controller, destination 0x21;
- * encoded the example as printed; the TDC001 is a generic USB unit, 0x50.
  */
 typedef struct apt_mod_identify {
-    /** Unused parameter byte; from 0 to 255. */
-    uint8_t param1;
+    /**
+     * Channel to identify in a card slot system; ignored by single-channel controllers, for which
+     * the example has 0; see enum apt_channel; from 0 to 255; default 0.
+     */
+    uint8_t chan_ident;
     /** Unused parameter byte; from 0 to 255. */
     uint8_t param2;
 } apt_mod_identify;
@@ -1296,7 +1718,7 @@ typedef struct apt_mod_identify {
 /** Write the fields without the header; no checks. */
 static inline void apt_mod_identify_write_fields(const apt_mod_identify *message, uint8_t *out)
 {
-    out[0] = message->param1;
+    out[0] = message->chan_ident;
     out[1] = message->param2;
 }
 
@@ -1354,7 +1776,7 @@ static inline apt_status apt_mod_identify_decode(
 {
     const apt_status status = apt_check_header(frame, size, 0x0223U);
     if (status == APT_OK) {
-        message->param1 = frame[2];
+        message->chan_ident = frame[2];
         message->param2 = frame[3];
     }
     return status;
@@ -1366,8 +1788,10 @@ static inline apt_status apt_mod_identify_decode(
 /**
  * Requests the rack status bits.
  *
- * RACK_REQ_STATUSBITS (0x0226), to the controller, header only; page 25. Answered by
+ * RACK_REQ_STATUSBITS (0x0226), to the controller, header only; Issue 3, page 25. Answered by
  * RACK_GET_STATUSBITS.
+ *
+ * Also described in Issue 37, page 56.
  *
  * Erratum apt-rack-req-statusbits-id: printed 28 02; encoded 26 02.
  */
@@ -1463,7 +1887,9 @@ static inline apt_status apt_rack_req_statusbits_decode(
  * the MMR rack and for card slot controllers with two or three channels, such as the BSC103 and
  * BPC202.
  *
- * RACK_GET_STATUSBITS (0x0227), to the host, 4 bytes of data; page 25.
+ * RACK_GET_STATUSBITS (0x0227), to the host, 4 bytes of data; Issue 3, page 25.
+ *
+ * Also described in Issue 37, page 56.
  *
  * Erratum apt-digital-inputs-outputs: printed Digital output 1 to 4 on page 25, Digital input 1 to
  * 4 on page 26; encoded inputs on page 25, outputs on page 26.
@@ -1566,9 +1992,11 @@ static inline apt_status apt_rack_get_statusbits_decode(
  * Only for MMR rack modules and for card slot controllers with two or three channels, such as the
  * BSC103 and BPC202.
  *
- * RACK_SET_DIGOUTPUTS (0x0228), to the controller, header only; page 26.
+ * RACK_SET_DIGOUTPUTS (0x0228), to the controller, header only; Issue 3, page 26.
  *
  * The controller has no information about what is connected to the outputs.
+ *
+ * Also described in Issue 37, page 57.
  *
  * Erratum apt-digital-inputs-outputs: printed Digital output 1 to 4 on page 25, Digital input 1 to
  * 4 on page 26; encoded inputs on page 25, outputs on page 26.
@@ -1666,8 +2094,10 @@ static inline apt_status apt_rack_set_digoutputs_decode(
 /**
  * Requests the digital outputs of the rack.
  *
- * RACK_REQ_DIGOUTPUTS (0x0229), to the controller, header only; page 26. Answered by
+ * RACK_REQ_DIGOUTPUTS (0x0229), to the controller, header only; Issue 3, page 26. Answered by
  * RACK_GET_DIGOUTPUTS.
+ *
+ * Also described in Issue 37, page 57.
  *
  * Erratum apt-digoutputs-integer: printed a single 32 bit integer parameter; encoded one byte of
  * the header.
@@ -1762,12 +2192,16 @@ static inline apt_status apt_rack_req_digoutputs_decode(
  * panel. Only for MMR rack modules and for card slot controllers with two or three channels, such
  * as the BSC103 and BPC202.
  *
- * RACK_GET_DIGOUTPUTS (0x0230), to the host, header only; page 26.
+ * RACK_GET_DIGOUTPUTS (0x0230), to the host, header only; Issue 3, page 26.
+ *
+ * Also described in Issue 37, page 57.
  *
  * Erratum apt-digoutputs-integer: printed a single 32 bit integer parameter; encoded one byte of
  * the header.
  *
  * Erratum apt-rack-get-digoutputs-parameter: printed 00; encoded Dig OP.
+ *
+ * Erratum apt37-rack-digoutputs: printed 00; encoded dig_op.
  */
 typedef struct apt_rack_get_digoutputs {
     /** A set writes all four outputs at once; bits APT_RACK_DIGITAL_OUTPUTS_...; from 0 to 255. */
@@ -1847,6 +2281,285 @@ static inline apt_status apt_rack_get_digoutputs_decode(
     if (status == APT_OK) {
         message->dig_op = frame[2];
         message->param2 = frame[3];
+    }
+    return status;
+}
+
+/** Id of HW_SET_KCUBEMMILOCK. */
+#define APT_HW_SET_KCUBEMMILOCK_ID 0x0250U
+
+/**
+ * Sets the lock of the top panel. Locks the controls on the top panel, for all channels of the
+ * unit. Only for the KNA101, KLS1550, KLS635 and KLD101. The power switch and the laser enable
+ * switch always work.
+ *
+ * HW_SET_KCUBEMMILOCK (0x0250), to the controller, header only; Issue 37, page 59.
+ *
+ * Erratum apt37-kcubemmilock-volatile: printed non-volatile; encoded lost with the power.
+ */
+typedef struct apt_hw_set_kcubemmilock {
+    /** Unused parameter byte; from 0 to 255. */
+    uint8_t param1;
+    /** See enum apt_mmi_lock; from 0 to 255. */
+    uint8_t mmi_lock;
+} apt_hw_set_kcubemmilock;
+
+/** Length of the packet in bytes. */
+#define APT_HW_SET_KCUBEMMILOCK_LENGTH 0U
+/** Length of the frame in bytes. */
+#define APT_HW_SET_KCUBEMMILOCK_SIZE 6U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_HW_SET_KCUBEMMILOCK_INIT APT_BRACED(0, 0)
+
+/** Write the fields without the header; no checks. */
+static inline void apt_hw_set_kcubemmilock_write_fields(
+    const apt_hw_set_kcubemmilock *message, uint8_t *out)
+{
+    out[0] = message->param1;
+    out[1] = message->mmi_lock;
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_HW_SET_KCUBEMMILOCK_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_hw_set_kcubemmilock_encode_unchecked(
+    const apt_hw_set_kcubemmilock *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (cap < APT_HW_SET_KCUBEMMILOCK_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_hw_set_kcubemmilock_write_fields(message, apt_begin_header(0x0250U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_HW_SET_KCUBEMMILOCK_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_hw_set_kcubemmilock_encode(
+    const apt_hw_set_kcubemmilock *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < APT_HW_SET_KCUBEMMILOCK_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_hw_set_kcubemmilock_write_fields(message, apt_begin_header(0x0250U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_hw_set_kcubemmilock_decode(
+    const uint8_t *frame, size_t size, apt_hw_set_kcubemmilock *message)
+{
+    const apt_status status = apt_check_header(frame, size, 0x0250U);
+    if (status == APT_OK) {
+        message->param1 = frame[2];
+        message->mmi_lock = frame[3];
+    }
+    return status;
+}
+
+/** Id of HW_REQ_KCUBEMMILOCK. */
+#define APT_HW_REQ_KCUBEMMILOCK_ID 0x0251U
+
+/**
+ * Requests the lock of the top panel.
+ *
+ * HW_REQ_KCUBEMMILOCK (0x0251), to the controller, header only; Issue 37, page 59. Answered by
+ * HW_GET_KCUBEMMILOCK.
+ */
+typedef struct apt_hw_req_kcubemmilock {
+    /** Unused parameter byte; from 0 to 255. */
+    uint8_t param1;
+    /**
+     * Named in the table, but its meaning in a request is not documented; reserved, sent as zero.
+     */
+    uint8_t mmi_lock;
+} apt_hw_req_kcubemmilock;
+
+/** Length of the packet in bytes. */
+#define APT_HW_REQ_KCUBEMMILOCK_LENGTH 0U
+/** Length of the frame in bytes. */
+#define APT_HW_REQ_KCUBEMMILOCK_SIZE 6U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_HW_REQ_KCUBEMMILOCK_INIT APT_BRACED(0, 0)
+
+/** Write the fields without the header; no checks. */
+static inline void apt_hw_req_kcubemmilock_write_fields(
+    const apt_hw_req_kcubemmilock *message, uint8_t *out)
+{
+    out[0] = message->param1;
+    out[1] = message->mmi_lock;
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_HW_REQ_KCUBEMMILOCK_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_hw_req_kcubemmilock_encode_unchecked(
+    const apt_hw_req_kcubemmilock *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (cap < APT_HW_REQ_KCUBEMMILOCK_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_hw_req_kcubemmilock_write_fields(message, apt_begin_header(0x0251U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_HW_REQ_KCUBEMMILOCK_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_hw_req_kcubemmilock_encode(
+    const apt_hw_req_kcubemmilock *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < APT_HW_REQ_KCUBEMMILOCK_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_hw_req_kcubemmilock_write_fields(message, apt_begin_header(0x0251U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_hw_req_kcubemmilock_decode(
+    const uint8_t *frame, size_t size, apt_hw_req_kcubemmilock *message)
+{
+    const apt_status status = apt_check_header(frame, size, 0x0251U);
+    if (status == APT_OK) {
+        message->param1 = frame[2];
+        message->mmi_lock = frame[3];
+    }
+    return status;
+}
+
+/** Id of HW_GET_KCUBEMMILOCK. */
+#define APT_HW_GET_KCUBEMMILOCK_ID 0x0252U
+
+/**
+ * Reports the lock of the top panel. Locks the controls on the top panel, for all channels of the
+ * unit. Only for the KNA101, KLS1550, KLS635 and KLD101. The power switch and the laser enable
+ * switch always work.
+ *
+ * HW_GET_KCUBEMMILOCK (0x0252), to the host, header only; Issue 37, page 59.
+ */
+typedef struct apt_hw_get_kcubemmilock {
+    /** Unused parameter byte; from 0 to 255. */
+    uint8_t param1;
+    /** See enum apt_mmi_lock; from 0 to 255. */
+    uint8_t mmi_lock;
+} apt_hw_get_kcubemmilock;
+
+/** Length of the packet in bytes. */
+#define APT_HW_GET_KCUBEMMILOCK_LENGTH 0U
+/** Length of the frame in bytes. */
+#define APT_HW_GET_KCUBEMMILOCK_SIZE 6U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_HW_GET_KCUBEMMILOCK_INIT APT_BRACED(0, 0)
+
+/** Write the fields without the header; no checks. */
+static inline void apt_hw_get_kcubemmilock_write_fields(
+    const apt_hw_get_kcubemmilock *message, uint8_t *out)
+{
+    out[0] = message->param1;
+    out[1] = message->mmi_lock;
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_HW_GET_KCUBEMMILOCK_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_hw_get_kcubemmilock_encode_unchecked(
+    const apt_hw_get_kcubemmilock *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (cap < APT_HW_GET_KCUBEMMILOCK_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_hw_get_kcubemmilock_write_fields(message, apt_begin_header(0x0252U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_HW_GET_KCUBEMMILOCK_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_hw_get_kcubemmilock_encode(
+    const apt_hw_get_kcubemmilock *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < APT_HW_GET_KCUBEMMILOCK_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_hw_get_kcubemmilock_write_fields(message, apt_begin_header(0x0252U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_hw_get_kcubemmilock_decode(
+    const uint8_t *frame, size_t size, apt_hw_get_kcubemmilock *message)
+{
+    const apt_status status = apt_check_header(frame, size, 0x0252U);
+    if (status == APT_OK) {
+        message->param1 = frame[2];
+        message->mmi_lock = frame[3];
     }
     return status;
 }

@@ -1,6 +1,6 @@
 /**
  * @file
- * Piezo control messages (document page 93).
+ * Piezo control messages (Issue 3, page 93).
  *
  * Output voltage and position, feedback loop, waveform table, settings and status of the piezo
  * controllers. The TSG001 strain gauge reader is one of them.
@@ -21,7 +21,7 @@
  * Sets the position control mode. Open or closed loop. Closed loop needs an actuator with position
  * sensing.
  *
- * PZ_SET_POSCONTROLMODE (0x0640), to the controller, header only; page 94.
+ * PZ_SET_POSCONTROLMODE (0x0640), to the controller, header only; Issue 3, page 94.
  *
  * The actuator moves when the loop is closed or opened.
  */
@@ -113,7 +113,7 @@ static inline apt_status apt_pz_set_poscontrolmode_decode(
 /**
  * Requests the position control mode.
  *
- * PZ_REQ_POSCONTROLMODE (0x0641), to the controller, header only; page 94. Answered by
+ * PZ_REQ_POSCONTROLMODE (0x0641), to the controller, header only; Issue 3, page 94. Answered by
  * PZ_GET_POSCONTROLMODE.
  */
 typedef struct apt_pz_req_poscontrolmode {
@@ -205,7 +205,7 @@ static inline apt_status apt_pz_req_poscontrolmode_decode(
  * Reports the position control mode. Open or closed loop. Closed loop needs an actuator with
  * position sensing.
  *
- * PZ_GET_POSCONTROLMODE (0x0642), to the host, header only; pages 94, 95.
+ * PZ_GET_POSCONTROLMODE (0x0642), to the host, header only; Issue 3, pages 94, 95.
  */
 typedef struct apt_pz_get_poscontrolmode {
     /** See enum apt_channel; from 0 to 255. */
@@ -296,7 +296,7 @@ static inline apt_status apt_pz_get_poscontrolmode_decode(
  * Sets the output voltage. Output voltage of a channel in open loop; ignored when set in closed
  * loop.
  *
- * PZ_SET_OUTPUTVOLTS (0x0643), to the controller, 4 bytes of data; page 96.
+ * PZ_SET_OUTPUTVOLTS (0x0643), to the controller, 4 bytes of data; Issue 3, page 96.
  *
  * Erratum apt-signed-range-7fff: printed -32768 to 32767 (-7FFF to 7FFF); encoded -32768 to 32767,
  * with 32767 for 100%.
@@ -396,7 +396,7 @@ static inline apt_status apt_pz_set_outputvolts_decode(
 /**
  * Requests the output voltage.
  *
- * PZ_REQ_OUTPUTVOLTS (0x0644), to the controller, header only; page 96. Answered by
+ * PZ_REQ_OUTPUTVOLTS (0x0644), to the controller, header only; Issue 3, page 96. Answered by
  * PZ_GET_OUTPUTVOLTS.
  */
 typedef struct apt_pz_req_outputvolts {
@@ -488,7 +488,7 @@ static inline apt_status apt_pz_req_outputvolts_decode(
  * Reports the output voltage. Output voltage of a channel in open loop; ignored when set in closed
  * loop.
  *
- * PZ_GET_OUTPUTVOLTS (0x0645), to the host, 4 bytes of data; page 96.
+ * PZ_GET_OUTPUTVOLTS (0x0645), to the host, 4 bytes of data; Issue 3, page 96.
  */
 typedef struct apt_pz_get_outputvolts {
     /** See enum apt_channel; from 0 to 65535. */
@@ -586,7 +586,7 @@ static inline apt_status apt_pz_get_outputvolts_decode(
  * Sets the output position. Position of the actuator in closed loop, counted from the zero set by
  * PZ_SET_ZERO; ignored when set in open loop.
  *
- * PZ_SET_OUTPUTPOS (0x0646), to the controller, 4 bytes of data; page 97.
+ * PZ_SET_OUTPUTPOS (0x0646), to the controller, 4 bytes of data; Issue 3, page 97.
  *
  * Erratum apt-outputpos-example-position: printed 66 26 for 15 µm of 100 µm; encoded 33 13.
  */
@@ -686,7 +686,8 @@ static inline apt_status apt_pz_set_outputpos_decode(
 /**
  * Requests the output position.
  *
- * PZ_REQ_OUTPUTPOS (0x0647), to the controller, header only; page 97. Answered by PZ_GET_OUTPUTPOS.
+ * PZ_REQ_OUTPUTPOS (0x0647), to the controller, header only; Issue 3, page 97. Answered by
+ * PZ_GET_OUTPUTPOS.
  */
 typedef struct apt_pz_req_outputpos {
     /** See enum apt_channel; from 0 to 255. */
@@ -777,7 +778,7 @@ static inline apt_status apt_pz_req_outputpos_decode(
  * Reports the output position. Position of the actuator in closed loop, counted from the zero set
  * by PZ_SET_ZERO; ignored when set in open loop.
  *
- * PZ_GET_OUTPUTPOS (0x0648), to the host, 4 bytes of data; page 97.
+ * PZ_GET_OUTPUTPOS (0x0648), to the host, 4 bytes of data; Issue 3, page 97.
  */
 typedef struct apt_pz_get_outputpos {
     /** See enum apt_channel; from 0 to 65535. */
@@ -875,7 +876,7 @@ static inline apt_status apt_pz_get_outputpos_decode(
 /**
  * Requests the maximum travel.
  *
- * PZ_REQ_MAXTRAVEL (0x0650), to the controller, header only; page 118. Answered by
+ * PZ_REQ_MAXTRAVEL (0x0650), to the controller, header only; Issue 3, page 118. Answered by
  * PZ_GET_MAXTRAVEL.
  *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
@@ -969,7 +970,7 @@ static inline apt_status apt_pz_req_maxtravel_decode(
  * Reports the maximum travel. Travel of the connected actuator, if it has position sensing; read
  * from the actuator itself.
  *
- * PZ_GET_MAXTRAVEL (0x0651), to the host, 4 bytes of data; page 118.
+ * PZ_GET_MAXTRAVEL (0x0651), to the host, 4 bytes of data; Issue 3, page 118.
  *
  * Erratum apt-list-bpc30x-maxtravel: printed PZ_SET_OUTPUTMAXVOLTS and no PZ_GET_MAXTRAVEL; encoded
  * also PZ_GET_MAXTRAVEL.
@@ -1073,7 +1074,7 @@ static inline apt_status apt_pz_get_maxtravel_decode(
  * Sets the input voltage sources. Inputs that drive the high-voltage amplifier in addition to the
  * voltage set by software.
  *
- * PZ_SET_INPUTVOLTSSRC (0x0652), to the controller, 4 bytes of data; page 98.
+ * PZ_SET_INPUTVOLTSSRC (0x0652), to the controller, 4 bytes of data; Issue 3, page 98.
  *
  * Setting them immediately changes the voltage by the signal at the selected inputs.
  */
@@ -1173,7 +1174,7 @@ static inline apt_status apt_pz_set_inputvoltssrc_decode(
 /**
  * Requests the input voltage sources.
  *
- * PZ_REQ_INPUTVOLTSSRC (0x0653), to the controller, header only; page 98. Answered by
+ * PZ_REQ_INPUTVOLTSSRC (0x0653), to the controller, header only; Issue 3, page 98. Answered by
  * PZ_GET_INPUTVOLTSSRC.
  */
 typedef struct apt_pz_req_inputvoltssrc {
@@ -1265,7 +1266,7 @@ static inline apt_status apt_pz_req_inputvoltssrc_decode(
  * Reports the input voltage sources. Inputs that drive the high-voltage amplifier in addition to
  * the voltage set by software.
  *
- * PZ_GET_INPUTVOLTSSRC (0x0654), to the host, 4 bytes of data; pages 98, 99.
+ * PZ_GET_INPUTVOLTSSRC (0x0654), to the host, 4 bytes of data; Issue 3, pages 98, 99.
  */
 typedef struct apt_pz_get_inputvoltssrc {
     /** See enum apt_channel; from 0 to 65535. */
@@ -1364,7 +1365,7 @@ static inline apt_status apt_pz_get_inputvoltssrc_decode(
  * Sets the position loop constants. Proportional and integral term of the position loop; they only
  * apply in closed loop.
  *
- * PZ_SET_PICONSTS (0x0655), to the controller, 6 bytes of data; page 100.
+ * PZ_SET_PICONSTS (0x0655), to the controller, 6 bytes of data; Issue 3, page 100.
  *
  * Setting them starts no move; a closed loop uses the new values immediately.
  */
@@ -1466,7 +1467,8 @@ static inline apt_status apt_pz_set_piconsts_decode(
 /**
  * Requests the position loop constants.
  *
- * PZ_REQ_PICONSTS (0x0656), to the controller, header only; page 100. Answered by PZ_GET_PICONSTS.
+ * PZ_REQ_PICONSTS (0x0656), to the controller, header only; Issue 3, page 100. Answered by
+ * PZ_GET_PICONSTS.
  */
 typedef struct apt_pz_req_piconsts {
     /** See enum apt_channel; from 0 to 255. */
@@ -1557,7 +1559,7 @@ static inline apt_status apt_pz_req_piconsts_decode(
  * Reports the position loop constants. Proportional and integral term of the position loop; they
  * only apply in closed loop.
  *
- * PZ_GET_PICONSTS (0x0657), to the host, 6 bytes of data; page 100.
+ * PZ_GET_PICONSTS (0x0657), to the host, 6 bytes of data; Issue 3, page 100.
  */
 typedef struct apt_pz_get_piconsts {
     /** See enum apt_channel; from 0 to 65535. */
@@ -1658,7 +1660,7 @@ static inline apt_status apt_pz_get_piconsts_decode(
  * Applies zero volts to the actuator and uses the position read there as zero from then on; part of
  * setting up the actuator.
  *
- * PZ_SET_ZERO (0x0658), to the controller, header only; page 117.
+ * PZ_SET_ZERO (0x0658), to the controller, header only; Issue 3, page 117.
  */
 typedef struct apt_pz_set_zero {
     /** See enum apt_channel; from 0 to 255. */
@@ -1747,7 +1749,7 @@ static inline apt_status apt_pz_set_zero_decode(
 /**
  * Requests the piezo status bits.
  *
- * PZ_REQ_PZSTATUSBITS (0x065B), to the controller, header only; page 101. Answered by
+ * PZ_REQ_PZSTATUSBITS (0x065B), to the controller, header only; Issue 3, page 101. Answered by
  * PZ_GET_PZSTATUSBITS.
  *
  * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
@@ -1842,7 +1844,7 @@ static inline apt_status apt_pz_req_pzstatusbits_decode(
 /**
  * Reports the piezo status bits. Status bits of a channel, without voltage and position.
  *
- * PZ_GET_PZSTATUSBITS (0x065C), to the host, 6 bytes of data; page 101.
+ * PZ_GET_PZSTATUSBITS (0x065C), to the host, 6 bytes of data; Issue 3, page 101.
  *
  * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
  * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
@@ -1949,7 +1951,7 @@ static inline apt_status apt_pz_get_pzstatusbits_decode(
  * Voltage, position and status of a channel, periodically after HW_START_UPDATEMSGS. No message
  * that requests it is documented.
  *
- * PZ_GET_PZSTATUSUPDATE (0x0661), to the host, 10 bytes of data; page 103.
+ * PZ_GET_PZSTATUSUPDATE (0x0661), to the host, 10 bytes of data; Issue 3, page 103.
  *
  * Erratum apt-always-chan1: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2; the
  * notes say what the page says.
@@ -2079,7 +2081,7 @@ static inline apt_status apt_pz_get_pzstatusupdate_decode(
  * Server alive. USB only. Send it at least once a second, or the controller stops sending after
  * about 50 status messages. It has no answer.
  *
- * PZ_ACK_PZSTATUSUPDATE (0x0662), to the controller, header only; page 105.
+ * PZ_ACK_PZSTATUSUPDATE (0x0662), to the controller, header only; Issue 3, page 105.
  *
  * Erratum apt-ack-fifty: printed stops responding after ~50 commands; encoded stops sending status
  * messages after 50 of them.
@@ -2177,7 +2179,7 @@ static inline apt_status apt_pz_ack_pzstatusupdate_decode(
  * Sets the input and output settings. Current limit, output filter and rear panel connectors.
  * PZ_SET_EEPROMPARAMS saves them.
  *
- * PZ_SET_IOSETTINGS (0x0670), to the controller, 10 bytes of data; page 119.
+ * PZ_SET_IOSETTINGS (0x0670), to the controller, 10 bytes of data; Issue 3, page 119.
  *
  * Setting them changes the output of the amplifier and of the BNC connectors.
  *
@@ -2293,7 +2295,7 @@ static inline apt_status apt_pz_set_iosettings_decode(
 /**
  * Requests the input and output settings.
  *
- * PZ_REQ_IOSETTINGS (0x0671), to the controller, header only; pages 119, 120. Answered by
+ * PZ_REQ_IOSETTINGS (0x0671), to the controller, header only; Issue 3, pages 119, 120. Answered by
  * PZ_GET_IOSETTINGS.
  */
 typedef struct apt_pz_req_iosettings {
@@ -2385,7 +2387,7 @@ static inline apt_status apt_pz_req_iosettings_decode(
  * Reports the input and output settings. Current limit, output filter and rear panel connectors.
  * PZ_SET_EEPROMPARAMS saves them.
  *
- * PZ_GET_IOSETTINGS (0x0672), to the host, 10 bytes of data; pages 119, 120.
+ * PZ_GET_IOSETTINGS (0x0672), to the host, 10 bytes of data; Issue 3, pages 119, 120.
  *
  * Erratum apt-iosettings-length: printed 0E 00; encoded 0A 00.
  */
@@ -2495,7 +2497,7 @@ static inline apt_status apt_pz_get_iosettings_decode(
  * 150 V). After a set, the controller reports the new maximum voltage and the new maximum travel
  * unsolicited.
  *
- * PZ_SET_OUTPUTMAXVOLTS (0x0680), to the controller, 6 bytes of data; page 121. Announces
+ * PZ_SET_OUTPUTMAXVOLTS (0x0680), to the controller, 6 bytes of data; Issue 3, page 121. Announces
  * PZ_GET_OUTPUTMAXVOLTS, PZ_GET_MAXTRAVEL.
  *
  * Voltages are shares of it, so setting it may change the output. Too high a value may damage the
@@ -2610,7 +2612,7 @@ static inline apt_status apt_pz_set_outputmaxvolts_decode(
 /**
  * Requests the maximum output voltage.
  *
- * PZ_REQ_OUTPUTMAXVOLTS (0x0681), to the controller, header only; page 121. Answered by
+ * PZ_REQ_OUTPUTMAXVOLTS (0x0681), to the controller, header only; Issue 3, page 121. Answered by
  * PZ_GET_OUTPUTMAXVOLTS.
  *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
@@ -2705,7 +2707,7 @@ static inline apt_status apt_pz_req_outputmaxvolts_decode(
  * or 150 V). After a set, the controller reports the new maximum voltage and the new maximum travel
  * unsolicited.
  *
- * PZ_GET_OUTPUTMAXVOLTS (0x0682), to the host, 6 bytes of data; pages 121, 122.
+ * PZ_GET_OUTPUTMAXVOLTS (0x0682), to the host, 6 bytes of data; Issue 3, pages 121, 122.
  *
  * Erratum apt-outputmaxvolts-flag-150v: printed 0x05; 08, 00 in both worked examples, which no row
  * of the table has; encoded 0x08.
@@ -2820,7 +2822,7 @@ static inline apt_status apt_pz_get_outputmaxvolts_decode(
  * Sets the slew rates. Limits on the rate of change of the drive voltage, to protect delicate
  * stages. Newer stages provide their own, so normally no setting is needed.
  *
- * PZ_SET_TPZ_SLEWRATES (0x0683), to the controller, 6 bytes of data; page 123.
+ * PZ_SET_TPZ_SLEWRATES (0x0683), to the controller, 6 bytes of data; Issue 3, page 123.
  *
  * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
  * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
@@ -2933,8 +2935,8 @@ static inline apt_status apt_pz_set_tpz_slewrates_decode(
 /**
  * Requests the slew rates.
  *
- * PZ_REQ_TPZ_SLEWRATES (0x0684), to the controller, header only; pages 123, 124. Answered by
- * PZ_GET_TPZ_SLEWRATES.
+ * PZ_REQ_TPZ_SLEWRATES (0x0684), to the controller, header only; Issue 3, pages 123, 124. Answered
+ * by PZ_GET_TPZ_SLEWRATES.
  *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
  */
@@ -3027,7 +3029,7 @@ static inline apt_status apt_pz_req_tpz_slewrates_decode(
  * Reports the slew rates. Limits on the rate of change of the drive voltage, to protect delicate
  * stages. Newer stages provide their own, so normally no setting is needed.
  *
- * PZ_GET_TPZ_SLEWRATES (0x0685), to the host, 6 bytes of data; pages 123, 124.
+ * PZ_GET_TPZ_SLEWRATES (0x0685), to the host, 6 bytes of data; Issue 3, pages 123, 124.
  */
 typedef struct apt_pz_get_tpz_slewrates {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3134,9 +3136,13 @@ static inline apt_status apt_pz_get_tpz_slewrates_decode(
 /**
  * Resets the parameters to the defaults in the EEPROM, for a system that has become unstable.
  *
- * MOT_SET_PZSTAGEPARAMDEFAULTS (0x0686), to the controller, header only; page 125.
+ * MOT_SET_PZSTAGEPARAMDEFAULTS (0x0686), to the controller, header only; Issue 3, page 125.
  *
  * The document does not say which parameters it restores; those of the output may be among them.
+ *
+ * Also named RESTOREFACTORYSETTINGS.
+ *
+ * Also described in Issue 37, page 60.
  *
  * Erratum apt-pzstageparamdefaults-table-id: printed 58 06; encoded 86 06.
  */
@@ -3230,6 +3236,20 @@ static inline apt_status apt_mot_set_pzstageparamdefaults_decode(
     return status;
 }
 
+/** @{ */
+/** Another name of MOT_SET_PZSTAGEPARAMDEFAULTS, or of what belongs to it. */
+#define APT_RESTOREFACTORYSETTINGS_ID APT_MOT_SET_PZSTAGEPARAMDEFAULTS_ID
+#define apt_restorefactorysettings apt_mot_set_pzstageparamdefaults
+#define apt_restorefactorysettings_write_fields apt_mot_set_pzstageparamdefaults_write_fields
+#define apt_restorefactorysettings_encode apt_mot_set_pzstageparamdefaults_encode
+#define apt_restorefactorysettings_encode_unchecked \
+    apt_mot_set_pzstageparamdefaults_encode_unchecked
+#define apt_restorefactorysettings_decode apt_mot_set_pzstageparamdefaults_decode
+#define APT_RESTOREFACTORYSETTINGS_LENGTH APT_MOT_SET_PZSTAGEPARAMDEFAULTS_LENGTH
+#define APT_RESTOREFACTORYSETTINGS_SIZE APT_MOT_SET_PZSTAGEPARAMDEFAULTS_SIZE
+#define APT_RESTOREFACTORYSETTINGS_INIT APT_MOT_SET_PZSTAGEPARAMDEFAULTS_INIT
+/** @} */
+
 /** Id of PZ_SET_OUTPUTLUT. */
 #define APT_PZ_SET_OUTPUTLUT_ID 0x0700U
 
@@ -3239,7 +3259,7 @@ static inline apt_status apt_mot_set_pzstageparamdefaults_decode(
  * PZ_SET_LUTVALUETYPE, that message selects the type before they are loaded. A request names the
  * channel but no index.
  *
- * PZ_SET_OUTPUTLUT (0x0700), to the controller, 6 bytes of data; page 106.
+ * PZ_SET_OUTPUTLUT (0x0700), to the controller, 6 bytes of data; Issue 3, page 106.
  *
  * Setting a sample does not output anything; a waveform that is being output may use the new
  * sample.
@@ -3353,7 +3373,7 @@ static inline apt_status apt_pz_set_outputlut_decode(
 /**
  * Requests the waveform table.
  *
- * PZ_REQ_OUTPUTLUT (0x0701), to the controller, header only; pages 106, 107. Answered by
+ * PZ_REQ_OUTPUTLUT (0x0701), to the controller, header only; Issue 3, pages 106, 107. Answered by
  * PZ_GET_OUTPUTLUT.
  */
 typedef struct apt_pz_req_outputlut {
@@ -3447,7 +3467,7 @@ static inline apt_status apt_pz_req_outputlut_decode(
  * PZ_SET_LUTVALUETYPE, that message selects the type before they are loaded. A request names the
  * channel but no index.
  *
- * PZ_GET_OUTPUTLUT (0x0702), to the host, 6 bytes of data; pages 106, 107.
+ * PZ_GET_OUTPUTLUT (0x0702), to the host, 6 bytes of data; Issue 3, pages 106, 107.
  */
 typedef struct apt_pz_get_outputlut {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3550,7 +3570,7 @@ static inline apt_status apt_pz_get_outputlut_decode(
  * Sets the waveform output parameters. Settings with which PZ_START_LUTOUTPUT outputs the waveform
  * table.
  *
- * PZ_SET_OUTPUTLUTPARAMS (0x0703), to the controller, 30 bytes of data; page 108.
+ * PZ_SET_OUTPUTLUTPARAMS (0x0703), to the controller, 30 bytes of data; Issue 3, page 108.
  *
  * Erratum apt-lut-bandwidth: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC, 4
  * kHz for TPZ.
@@ -3730,8 +3750,8 @@ static inline apt_status apt_pz_set_outputlutparams_decode(
 /**
  * Requests the waveform output parameters.
  *
- * PZ_REQ_OUTPUTLUTPARAMS (0x0704), to the controller, header only; pages 108, 111. Answered by
- * PZ_GET_OUTPUTLUTPARAMS.
+ * PZ_REQ_OUTPUTLUTPARAMS (0x0704), to the controller, header only; Issue 3, pages 108, 111.
+ * Answered by PZ_GET_OUTPUTLUTPARAMS.
  */
 typedef struct apt_pz_req_outputlutparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -3822,7 +3842,7 @@ static inline apt_status apt_pz_req_outputlutparams_decode(
  * Reports the waveform output parameters. Settings with which PZ_START_LUTOUTPUT outputs the
  * waveform table.
  *
- * PZ_GET_OUTPUTLUTPARAMS (0x0705), to the host, 30 bytes of data; pages 108, 111.
+ * PZ_GET_OUTPUTLUTPARAMS (0x0705), to the host, 30 bytes of data; Issue 3, pages 108, 111.
  *
  * Erratum apt-get-outputlutparams-table-id: printed 03 07; encoded 05 07.
  */
@@ -3983,7 +4003,7 @@ static inline apt_status apt_pz_get_outputlutparams_decode(
  * Starts the output of the waveform table, or arms it if outputlut_inputtrig is set in
  * PZ_SET_OUTPUTLUTPARAMS.
  *
- * PZ_START_LUTOUTPUT (0x0706), to the controller, header only; page 112.
+ * PZ_START_LUTOUTPUT (0x0706), to the controller, header only; Issue 3, page 112.
  */
 typedef struct apt_pz_start_lutoutput {
     /** See enum apt_channel; from 0 to 255. */
@@ -4073,7 +4093,7 @@ static inline apt_status apt_pz_start_lutoutput_decode(
 /**
  * Stops the output of the waveform table.
  *
- * PZ_STOP_LUTOUTPUT (0x0707), to the controller, header only; page 112.
+ * PZ_STOP_LUTOUTPUT (0x0707), to the controller, header only; Issue 3, page 112.
  */
 typedef struct apt_pz_stop_lutoutput {
     /** See enum apt_channel; from 0 to 255. */
@@ -4165,7 +4185,7 @@ static inline apt_status apt_pz_stop_lutoutput_decode(
  * positions. Samples are scaled while they are loaded, so set this first, and reload them after a
  * change.
  *
- * PZ_SET_LUTVALUETYPE (0x0708), to the controller, header only; page 126.
+ * PZ_SET_LUTVALUETYPE (0x0708), to the controller, header only; Issue 3, page 126.
  *
  * Erratum apt-lut-meaning: printed decided by the loop mode at output; encoded decided by
  * PZ_SET_LUTVALUETYPE before the download.
@@ -4259,7 +4279,7 @@ static inline apt_status apt_pz_set_lutvaluetype_decode(
  * Sets the parameters in EEPROM. Saves the present parameters of one message so that they survive a
  * power cycle.
  *
- * PZ_SET_EEPROMPARAMS (0x07D0), to the controller, 4 bytes of data; page 113.
+ * PZ_SET_EEPROMPARAMS (0x07D0), to the controller, 4 bytes of data; Issue 3, page 113.
  */
 typedef struct apt_pz_set_eepromparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -4353,7 +4373,7 @@ static inline apt_status apt_pz_set_eepromparams_decode(
 /**
  * Sets the display settings. Brightness of the front display of a TPZ001.
  *
- * PZ_SET_TPZ_DISPSETTINGS (0x07D1), to the controller, 2 bytes of data; page 114.
+ * PZ_SET_TPZ_DISPSETTINGS (0x07D1), to the controller, 2 bytes of data; Issue 3, page 114.
  *
  * Erratum apt-dispsettings-percent: printed 100 (40%); encoded 100 (39%).
  *
@@ -4451,7 +4471,7 @@ static inline apt_status apt_pz_set_tpz_dispsettings_decode(
 /**
  * Requests the display settings.
  *
- * PZ_REQ_TPZ_DISPSETTINGS (0x07D2), to the controller, header only; page 114. Answered by
+ * PZ_REQ_TPZ_DISPSETTINGS (0x07D2), to the controller, header only; Issue 3, page 114. Answered by
  * PZ_GET_TPZ_DISPSETTINGS.
  */
 typedef struct apt_pz_req_tpz_dispsettings {
@@ -4542,7 +4562,7 @@ static inline apt_status apt_pz_req_tpz_dispsettings_decode(
 /**
  * Reports the display settings. Brightness of the front display of a TPZ001.
  *
- * PZ_GET_TPZ_DISPSETTINGS (0x07D3), to the host, 2 bytes of data; page 114.
+ * PZ_GET_TPZ_DISPSETTINGS (0x07D3), to the host, 2 bytes of data; Issue 3, page 114.
  */
 typedef struct apt_pz_get_tpz_dispsettings {
     /** 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255. */
@@ -4635,7 +4655,7 @@ static inline apt_status apt_pz_get_tpz_dispsettings_decode(
  * Sets the input and output settings. Voltage limit and feedback path of a TPZ001.
  * PZ_SET_EEPROMPARAMS saves them.
  *
- * PZ_SET_TPZ_IOSETTINGS (0x07D4), to the controller, 10 bytes of data; page 115.
+ * PZ_SET_TPZ_IOSETTINGS (0x07D4), to the controller, 10 bytes of data; Issue 3, page 115.
  *
  * Setting them changes the output: they determine the voltage range and the feedback that a closed
  * loop follows.
@@ -4755,8 +4775,8 @@ static inline apt_status apt_pz_set_tpz_iosettings_decode(
 /**
  * Requests the input and output settings.
  *
- * PZ_REQ_TPZ_IOSETTINGS (0x07D5), to the controller, header only; pages 115, 116. Answered by
- * PZ_GET_TPZ_IOSETTINGS.
+ * PZ_REQ_TPZ_IOSETTINGS (0x07D5), to the controller, header only; Issue 3, pages 115, 116. Answered
+ * by PZ_GET_TPZ_IOSETTINGS.
  *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
  */
@@ -4849,7 +4869,7 @@ static inline apt_status apt_pz_req_tpz_iosettings_decode(
  * Reports the input and output settings. Voltage limit and feedback path of a TPZ001.
  * PZ_SET_EEPROMPARAMS saves them.
  *
- * PZ_GET_TPZ_IOSETTINGS (0x07D6), to the host, 10 bytes of data; pages 115, 116.
+ * PZ_GET_TPZ_IOSETTINGS (0x07D6), to the host, 10 bytes of data; Issue 3, pages 115, 116.
  *
  * Erratum apt-get-tpz-iosettings-table-id: printed D4 07; encoded D6 07.
  *
@@ -4962,7 +4982,7 @@ static inline apt_status apt_pz_get_tpz_iosettings_decode(
 /**
  * Sets the strain gauge settings. Feedback path, display and force calibration of a TSG001.
  *
- * PZ_SET_TSG_IOSETTINGS (0x07DA), to the controller, 14 bytes of data; page 127.
+ * PZ_SET_TSG_IOSETTINGS (0x07DA), to the controller, 14 bytes of data; Issue 3, page 127.
  *
  * Setting them changes the feedback path that the closed loop of a TPZ001 follows.
  *
@@ -5093,8 +5113,8 @@ static inline apt_status apt_pz_set_tsg_iosettings_decode(
 /**
  * Requests the strain gauge settings.
  *
- * PZ_REQ_TSG_IOSETTINGS (0x07DB), to the controller, header only; pages 127, 128. Answered by
- * PZ_GET_TSG_IOSETTINGS.
+ * PZ_REQ_TSG_IOSETTINGS (0x07DB), to the controller, header only; Issue 3, pages 127, 128. Answered
+ * by PZ_GET_TSG_IOSETTINGS.
  *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
  */
@@ -5186,7 +5206,7 @@ static inline apt_status apt_pz_req_tsg_iosettings_decode(
 /**
  * Reports the strain gauge settings. Feedback path, display and force calibration of a TSG001.
  *
- * PZ_GET_TSG_IOSETTINGS (0x07DC), to the host, 14 bytes of data; pages 127, 128.
+ * PZ_GET_TSG_IOSETTINGS (0x07DC), to the host, 14 bytes of data; Issue 3, pages 127, 128.
  *
  * Erratum apt-get-tsg-iosettings-size: printed 16 bytes, 10 byte data packet; encoded 20 bytes, 14
  * byte data packet.
@@ -5310,7 +5330,7 @@ static inline apt_status apt_pz_get_tsg_iosettings_decode(
 /**
  * Requests the strain gauge reading.
  *
- * PZ_REQ_TSG_READING (0x07DD), to the controller, header only; page 129. Answered by
+ * PZ_REQ_TSG_READING (0x07DD), to the controller, header only; Issue 3, page 129. Answered by
  * PZ_GET_TSG_READING.
  */
 typedef struct apt_pz_req_tsg_reading {
@@ -5402,7 +5422,7 @@ static inline apt_status apt_pz_req_tsg_reading_decode(
  * Reports the strain gauge reading. Reading of the strain gauge, in the unit that the display mode
  * of PZ_SET_TSG_IOSETTINGS selects; sampled at 500 Hz.
  *
- * PZ_GET_TSG_READING (0x07DE), to the host, 6 bytes of data; page 129.
+ * PZ_GET_TSG_READING (0x07DE), to the host, 6 bytes of data; Issue 3, page 129.
  *
  * Erratum apt-tsg-reading-columns: printed StatusBits in bytes 8 to 11; encoded Reading in bytes 8
  * and 9, Smoothed in bytes 10 and 11.

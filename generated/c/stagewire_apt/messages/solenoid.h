@@ -1,6 +1,6 @@
 /**
  * @file
- * Solenoid control messages (document page 84).
+ * Solenoid control messages (Issue 3, page 84).
  *
  * Messages that only the TSC001 solenoid driver supports; in all other respects it is a motor
  * controller.
@@ -20,10 +20,12 @@
 /**
  * Sets the solenoid operating mode. Operating mode of the solenoid driver.
  *
- * MOT_SET_SOL_OPERATINGMODE (0x04C0), to the controller, header only; page 85.
+ * MOT_SET_SOL_OPERATINGMODE (0x04C0), to the controller, header only; Issue 3, page 85.
  *
  * Setting it transfers control of the solenoid to another source, such as the trigger input, which
  * may open it immediately.
+ *
+ * Also described in Issue 37, page 187.
  *
  * Erratum apt-four-bit-integer: printed a 4 bit integer; encoded one byte.
  */
@@ -115,8 +117,10 @@ static inline apt_status apt_mot_set_sol_operatingmode_decode(
 /**
  * Requests the solenoid operating mode.
  *
- * MOT_REQ_SOL_OPERATINGMODE (0x04C1), to the controller, header only; pages 85, 86. Answered by
- * MOT_GET_SOL_OPERATINGMODE.
+ * MOT_REQ_SOL_OPERATINGMODE (0x04C1), to the controller, header only; Issue 3, pages 85, 86.
+ * Answered by MOT_GET_SOL_OPERATINGMODE.
+ *
+ * Also described in Issue 37, page 187.
  */
 typedef struct apt_mot_req_sol_operatingmode {
     /** See enum apt_channel; from 0 to 255. */
@@ -206,7 +210,9 @@ static inline apt_status apt_mot_req_sol_operatingmode_decode(
 /**
  * Reports the solenoid operating mode. Operating mode of the solenoid driver.
  *
- * MOT_GET_SOL_OPERATINGMODE (0x04C2), to the host, header only; pages 85, 86.
+ * MOT_GET_SOL_OPERATINGMODE (0x04C2), to the host, header only; Issue 3, pages 85, 86.
+ *
+ * Also described in Issue 37, page 187.
  */
 typedef struct apt_mot_get_sol_operatingmode {
     /** See enum apt_channel; from 0 to 255. */
@@ -297,9 +303,11 @@ static inline apt_status apt_mot_get_sol_operatingmode_decode(
  * Sets the solenoid cycle parameters. Times and number of cycles for every operating mode except
  * the manual one.
  *
- * MOT_SET_SOL_CYCLEPARAMS (0x04C3), to the controller, 14 bytes of data; page 87.
+ * MOT_SET_SOL_CYCLEPARAMS (0x04C3), to the controller, 14 bytes of data; Issue 3, page 87.
  *
  * Setting them opens nothing; running cycles may use the new times.
+ *
+ * Also described in Issue 37, page 189.
  *
  * Erratum apt-sol-numcycles-trigger: printed ignored outside Auto mode (page 87); carried out at a
  * trigger (page 85); encoded sent in every mode; the note names both statements.
@@ -308,12 +316,12 @@ typedef struct apt_mot_set_sol_cycleparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 400 to
+     * Active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
      * 40000000.
      */
     int32_t on_time;
     /**
-     * Inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 400 to
+     * Inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
      * 40000000.
      */
     int32_t off_time;
@@ -377,9 +385,9 @@ static inline apt_status apt_mot_set_sol_cycleparams_encode(
     const apt_mot_set_sol_cycleparams *message, apt_addresses addresses, uint8_t *out, size_t cap)
 {
     if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS
-            || message->on_time < 400
+            || message->on_time < 100
             || message->on_time > INT32_C(40000000)
-            || message->off_time < 400
+            || message->off_time < 100
             || message->off_time > INT32_C(40000000)
             || message->num_cycles < 0
             || message->num_cycles > INT32_C(1000000))) {
@@ -420,8 +428,10 @@ static inline apt_status apt_mot_set_sol_cycleparams_decode(
 /**
  * Requests the solenoid cycle parameters.
  *
- * MOT_REQ_SOL_CYCLEPARAMS (0x04C4), to the controller, header only; pages 87, 88. Answered by
- * MOT_GET_SOL_CYCLEPARAMS.
+ * MOT_REQ_SOL_CYCLEPARAMS (0x04C4), to the controller, header only; Issue 3, pages 87, 88. Answered
+ * by MOT_GET_SOL_CYCLEPARAMS.
+ *
+ * Also described in Issue 37, page 189.
  */
 typedef struct apt_mot_req_sol_cycleparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -512,18 +522,20 @@ static inline apt_status apt_mot_req_sol_cycleparams_decode(
  * Reports the solenoid cycle parameters. Times and number of cycles for every operating mode except
  * the manual one.
  *
- * MOT_GET_SOL_CYCLEPARAMS (0x04C5), to the host, 14 bytes of data; pages 87, 88.
+ * MOT_GET_SOL_CYCLEPARAMS (0x04C5), to the host, 14 bytes of data; Issue 3, pages 87, 88.
+ *
+ * Also described in Issue 37, page 189.
  */
 typedef struct apt_mot_get_sol_cycleparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 400 to
+     * Active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
      * 40000000.
      */
     int32_t on_time;
     /**
-     * Inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 400 to
+     * Inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
      * 40000000.
      */
     int32_t off_time;
@@ -587,9 +599,9 @@ static inline apt_status apt_mot_get_sol_cycleparams_encode(
     const apt_mot_get_sol_cycleparams *message, apt_addresses addresses, uint8_t *out, size_t cap)
 {
     if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS
-            || message->on_time < 400
+            || message->on_time < 100
             || message->on_time > INT32_C(40000000)
-            || message->off_time < 400
+            || message->off_time < 100
             || message->off_time > INT32_C(40000000)
             || message->num_cycles < 0
             || message->num_cycles > INT32_C(1000000))) {
@@ -631,9 +643,11 @@ static inline apt_status apt_mot_get_sol_cycleparams_decode(
  * Sets the solenoid interlock mode. Whether the hardware interlock must be fitted before the driver
  * operates.
  *
- * MOT_SET_SOL_INTERLOCKMODE (0x04C6), to the controller, header only; page 89.
+ * MOT_SET_SOL_INTERLOCKMODE (0x04C6), to the controller, header only; Issue 3, page 89.
  *
  * SOLENOID_DISABLED removes the protection that prevents the solenoid from opening.
+ *
+ * Also described in Issue 37, page 191.
  *
  * Erratum apt-four-bit-integer: printed a 4 bit integer; encoded one byte.
  */
@@ -725,8 +739,10 @@ static inline apt_status apt_mot_set_sol_interlockmode_decode(
 /**
  * Requests the solenoid interlock mode.
  *
- * MOT_REQ_SOL_INTERLOCKMODE (0x04C7), to the controller, header only; pages 89, 90. Answered by
- * MOT_GET_SOL_INTERLOCKMODE.
+ * MOT_REQ_SOL_INTERLOCKMODE (0x04C7), to the controller, header only; Issue 3, pages 89, 90.
+ * Answered by MOT_GET_SOL_INTERLOCKMODE.
+ *
+ * Also described in Issue 37, page 191.
  */
 typedef struct apt_mot_req_sol_interlockmode {
     /** See enum apt_channel; from 0 to 255. */
@@ -817,7 +833,9 @@ static inline apt_status apt_mot_req_sol_interlockmode_decode(
  * Reports the solenoid interlock mode. Whether the hardware interlock must be fitted before the
  * driver operates.
  *
- * MOT_GET_SOL_INTERLOCKMODE (0x04C8), to the host, header only; pages 89, 90.
+ * MOT_GET_SOL_INTERLOCKMODE (0x04C8), to the host, header only; Issue 3, pages 89, 90.
+ *
+ * Also described in Issue 37, page 191.
  */
 typedef struct apt_mot_get_sol_interlockmode {
     /** See enum apt_channel; from 0 to 255. */
@@ -907,7 +925,9 @@ static inline apt_status apt_mot_get_sol_interlockmode_decode(
 /**
  * Sets the solenoid state. Output state of the solenoid; setting it overrides the active settings.
  *
- * MOT_SET_SOL_STATE (0x04CB), to the controller, header only; page 91.
+ * MOT_SET_SOL_STATE (0x04CB), to the controller, header only; Issue 3, page 91.
+ *
+ * Also described in Issue 37, page 193.
  *
  * Erratum apt-four-bit-integer: printed a 4 bit integer; encoded one byte.
  */
@@ -999,8 +1019,10 @@ static inline apt_status apt_mot_set_sol_state_decode(
 /**
  * Requests the solenoid state.
  *
- * MOT_REQ_SOL_STATE (0x04CC), to the controller, header only; pages 91, 92. Answered by
+ * MOT_REQ_SOL_STATE (0x04CC), to the controller, header only; Issue 3, pages 91, 92. Answered by
  * MOT_GET_SOL_STATE.
+ *
+ * Also described in Issue 37, page 193.
  */
 typedef struct apt_mot_req_sol_state {
     /** See enum apt_channel; from 0 to 255. */
@@ -1091,7 +1113,9 @@ static inline apt_status apt_mot_req_sol_state_decode(
  * Reports the solenoid state. Output state of the solenoid; setting it overrides the active
  * settings.
  *
- * MOT_GET_SOL_STATE (0x04CD), to the host, header only; pages 91, 92.
+ * MOT_GET_SOL_STATE (0x04CD), to the host, header only; Issue 3, pages 91, 92.
+ *
+ * Also described in Issue 37, page 193.
  */
 typedef struct apt_mot_get_sol_state {
     /** See enum apt_channel; from 0 to 255. */

@@ -9,7 +9,7 @@ from stagewire.support import AsyncChannelsDevice as ChannelsDevice
 from stagewire.support import AsyncModuleDevice as ModuleDevice
 from stagewire.support import AsyncRackDevice as RackDevice
 from stagewire.support import AsyncSingleChannelDevice as SingleChannelDevice
-from stagewire_apt.aio.parts import generic, motor, piezo, solenoid
+from stagewire_apt.aio.parts import flipper, generic, motor, piezo, solenoid
 from stagewire_apt.devices.facts import FACTS, UNITS
 
 __all__ = [
@@ -19,6 +19,9 @@ __all__ = [
     "BBD201",
     "BBD202",
     "BBD203",
+    "BBD301",
+    "BBD302",
+    "BBD303",
     "BMS001",
     "BMS002",
     "BPC001",
@@ -35,21 +38,43 @@ __all__ = [
     "BSC101",
     "BSC102",
     "BSC103",
+    "BSC201",
+    "BSC202",
+    "BSC203",
+    "K10CR1",
+    "KBD101",
+    "KDC101",
+    "KSC101",
+    "KST101",
+    "KST201",
+    "KVS30",
+    "LTS150",
+    "LTS300",
+    "MFF101",
+    "MFF102",
+    "MLJ050",
+    "MLJ150",
     "MPZ601",
     "MST601",
+    "MST602",
     "ODC001",
     "OST001",
+    "TBD001",
     "TDC001",
     "TPZ001",
     "TSC001",
     "TSG001",
     "TST001",
+    "TST101",
     "BBD101Bay",
     "BBD102Bay",
     "BBD103Bay",
     "BBD201Bay",
     "BBD202Bay",
     "BBD203Bay",
+    "BBD301Bay",
+    "BBD302Bay",
+    "BBD303Bay",
     "BMS002Channel",
     "BPC002Channel",
     "BPC102Bay",
@@ -59,8 +84,11 @@ __all__ = [
     "BSC002Channel",
     "BSC102Bay",
     "BSC103Bay",
+    "BSC202Bay",
+    "BSC203Bay",
     "MPZ601Channel",
     "MST601Channel",
+    "MST602Channel",
 ]
 
 
@@ -71,6 +99,7 @@ class BBD101Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
@@ -97,8 +126,10 @@ class BBD101Bay(
     motor.WithPmdMotorOutputParams,
     motor.WithPmdTrackSettleParams,
     motor.WithPmdProfileModeParams,
+    motor.WithJoystickParams,
     motor.WithPmdSettledCurrentLoopParams,
     motor.WithPmdStageAxisParams,
+    motor.WithTrigger,
 ):
     """One bay of a BBD101 for asyncio: a controller with one channel.
 
@@ -113,13 +144,12 @@ class BBD101(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
 ):
     """One-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD101, page 27. Its messages: those of its family brushless_dc_single: No list is printed. Like
-    brushless_dc, except the digital inputs and outputs of the motherboard, which pages 25 and 26
-    assign only to card slot systems with two or three channels.
+    BBD101, Issue 3, page 27. Its messages: those of its family brushless_dc_single: No list is
+    printed. Like brushless_dc, except the digital inputs and outputs of the motherboard, which
+    pages 25 and 26 assign only to card slot systems with two or three channels.
 
     Page 7 counts the BBD10x among the card slot systems but gives this one no prefix.
     """
@@ -136,6 +166,7 @@ class BBD102Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
@@ -162,8 +193,10 @@ class BBD102Bay(
     motor.WithPmdMotorOutputParams,
     motor.WithPmdTrackSettleParams,
     motor.WithPmdProfileModeParams,
+    motor.WithJoystickParams,
     motor.WithPmdSettledCurrentLoopParams,
     motor.WithPmdStageAxisParams,
+    motor.WithTrigger,
 ):
     """One bay of a BBD102 for asyncio: a controller with one channel.
 
@@ -178,16 +211,15 @@ class BBD102(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
 ):
     """Two-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD102, page 27. Its messages: those of its family brushless_dc: No list is printed. Assumed:
-    the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status,
-    except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and
-    the control keypad. The motherboard answers the RACK messages.
+    BBD102, Issue 3, page 27. Its messages: those of its family brushless_dc: No list is printed.
+    Assumed: the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the
+    DC status, except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001
+    only) and the control keypad. The motherboard answers the RACK messages.
 
     A bay system of single-channel controllers (page 17). Prefix 73 is the motherboard, 94 the card
     in a bay (page 7).
@@ -205,6 +237,7 @@ class BBD103Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
@@ -231,8 +264,10 @@ class BBD103Bay(
     motor.WithPmdMotorOutputParams,
     motor.WithPmdTrackSettleParams,
     motor.WithPmdProfileModeParams,
+    motor.WithJoystickParams,
     motor.WithPmdSettledCurrentLoopParams,
     motor.WithPmdStageAxisParams,
+    motor.WithTrigger,
 ):
     """One bay of a BBD103 for asyncio: a controller with one channel.
 
@@ -247,16 +282,15 @@ class BBD103(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
 ):
     """Three-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD103, page 27. Its messages: those of its family brushless_dc: No list is printed. Assumed:
-    the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status,
-    except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and
-    the control keypad. The motherboard answers the RACK messages.
+    BBD103, Issue 3, page 27. Its messages: those of its family brushless_dc: No list is printed.
+    Assumed: the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the
+    DC status, except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001
+    only) and the control keypad. The motherboard answers the RACK messages.
 
     A bay system of single-channel controllers. Prefix 73 is the motherboard, 94 the card in a bay
     (page 7).
@@ -274,11 +308,13 @@ class BBD201Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
     motor.WithJogParams,
+    motor.WithLimSwitchParams,
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
@@ -300,8 +336,10 @@ class BBD201Bay(
     motor.WithPmdMotorOutputParams,
     motor.WithPmdTrackSettleParams,
     motor.WithPmdProfileModeParams,
+    motor.WithJoystickParams,
     motor.WithPmdSettledCurrentLoopParams,
     motor.WithPmdStageAxisParams,
+    motor.WithTrigger,
 ):
     """One bay of a BBD201 for asyncio: a controller with one channel.
 
@@ -316,13 +354,10 @@ class BBD201(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
 ):
     """One-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD201, page 27. Its messages: those of its family brushless_dc_single: No list is printed. Like
-    brushless_dc, except the digital inputs and outputs of the motherboard, which pages 25 and 26
-    assign only to card slot systems with two or three channels.
+    BBD201, Issue 3, page 27. Its messages: the printed list, Issue 37, page 21.
 
     Not named on page 7; treated like the BBD101, since page 14 gives one scale for BBDxxx.
     """
@@ -339,11 +374,13 @@ class BBD202Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
     motor.WithJogParams,
+    motor.WithLimSwitchParams,
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
@@ -365,8 +402,10 @@ class BBD202Bay(
     motor.WithPmdMotorOutputParams,
     motor.WithPmdTrackSettleParams,
     motor.WithPmdProfileModeParams,
+    motor.WithJoystickParams,
     motor.WithPmdSettledCurrentLoopParams,
     motor.WithPmdStageAxisParams,
+    motor.WithTrigger,
 ):
     """One bay of a BBD202 for asyncio: a controller with one channel.
 
@@ -381,18 +420,17 @@ class BBD202(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
 ):
     """Two-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD202, page 27. Its messages: those of its family brushless_dc: No list is printed. Assumed:
-    the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status,
-    except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and
-    the control keypad. The motherboard answers the RACK messages.
+    BBD202, Issue 37, page 61. Its messages: those of its family brushless_dc_20x: The printed list
+    of page 21, and two sets of brushless_dc that it omits: the status bits and the digital outputs
+    of the motherboard, which pages 56 and 57 assign to card slot controllers with two or three
+    channels.
 
-    Not named on page 7; treated like the BBD102, since page 14 gives one scale for BBDxxx.
+    A unit of Issue 3, with the messages that page 21 adds. Page 33 gives it no prefix.
     """
 
     facts = FACTS
@@ -407,11 +445,13 @@ class BBD203Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
     motor.WithJogParams,
+    motor.WithLimSwitchParams,
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
@@ -433,8 +473,10 @@ class BBD203Bay(
     motor.WithPmdMotorOutputParams,
     motor.WithPmdTrackSettleParams,
     motor.WithPmdProfileModeParams,
+    motor.WithJoystickParams,
     motor.WithPmdSettledCurrentLoopParams,
     motor.WithPmdStageAxisParams,
+    motor.WithTrigger,
 ):
     """One bay of a BBD203 for asyncio: a controller with one channel.
 
@@ -449,23 +491,253 @@ class BBD203(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
 ):
     """Three-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD203, page 27. Its messages: those of its family brushless_dc: No list is printed. Assumed:
-    the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status,
-    except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and
-    the control keypad. The motherboard answers the RACK messages.
+    BBD203, Issue 37, page 61. Its messages: those of its family brushless_dc_20x: The printed list
+    of page 21, and two sets of brushless_dc that it omits: the status bits and the digital outputs
+    of the motherboard, which pages 56 and 57 assign to card slot controllers with two or three
+    channels.
 
-    Not named on page 7; treated like the BBD103, since page 14 gives one scale for BBDxxx.
+    A unit of Issue 3, with the messages that page 21 adds. Page 33 gives it no prefix.
     """
 
     facts = FACTS
     unit = UNITS["BBD203"]
     bay_class = BBD203Bay
+
+
+class BBD301Bay(
+    Bay,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    motor.WithMotTrigIoConfig,
+    motor.WithIoConfig,
+    motor.WithAuxIoConfig,
+    motor.WithAnalogMonitorConfig,
+    motor.WithPosTrigEnState,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
+    motor.WithDcStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithMotEepromParams,
+    motor.WithPmdCurrentLoopParams,
+    motor.WithPmdPositionLoopParams,
+    motor.WithPmdMotorOutputParams,
+    motor.WithPmdTrackSettleParams,
+    motor.WithPmdProfileModeParams,
+    motor.WithJoystickParams,
+    motor.WithPmdSettledCurrentLoopParams,
+    motor.WithPmdStageAxisParams,
+    motor.WithTrigger,
+    motor.WithLcdDisplayParams,
+    motor.WithLcdMoveParams,
+):
+    """One bay of a BBD301 for asyncio: a controller with one channel.
+
+    Bay 1 is at 0x21.
+    """
+
+
+class BBD301(
+    RackDevice[BBD301Bay],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+    motor.CanSetMoveSynchArray,
+    motor.WithMoveSynchParams,
+    motor.CanMoveSynchStart,
+):
+    """One-channel benchtop brushless DC motor driver BBD30x for asyncio.
+
+    BBD301, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
+
+    Page 61 does not list the BBD30x. Bays are assumed as in the BBD20x, whose last digit is the
+    number of channels.
+    """
+
+    facts = FACTS
+    unit = UNITS["BBD301"]
+    bay_class = BBD301Bay
+
+
+class BBD302Bay(
+    Bay,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    motor.WithMotTrigIoConfig,
+    motor.WithIoConfig,
+    motor.WithAuxIoConfig,
+    motor.WithAnalogMonitorConfig,
+    motor.WithPosTrigEnState,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
+    motor.WithDcStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithMotEepromParams,
+    motor.WithPmdCurrentLoopParams,
+    motor.WithPmdPositionLoopParams,
+    motor.WithPmdMotorOutputParams,
+    motor.WithPmdTrackSettleParams,
+    motor.WithPmdProfileModeParams,
+    motor.WithJoystickParams,
+    motor.WithPmdSettledCurrentLoopParams,
+    motor.WithPmdStageAxisParams,
+    motor.WithTrigger,
+    motor.WithLcdDisplayParams,
+    motor.WithLcdMoveParams,
+):
+    """One bay of a BBD302 for asyncio: a controller with one channel.
+
+    Bay 1 is at 0x21, bay 2 is at 0x22.
+    """
+
+
+class BBD302(
+    RackDevice[BBD302Bay],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+    motor.CanSetMoveSynchArray,
+    motor.WithMoveSynchParams,
+    motor.CanMoveSynchStart,
+):
+    """Two-channel benchtop brushless DC motor driver BBD30x for asyncio.
+
+    BBD302, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
+
+    Page 61 does not list the BBD30x. Bays are assumed as in the BBD20x, whose last digit is the
+    number of channels.
+    """
+
+    facts = FACTS
+    unit = UNITS["BBD302"]
+    bay_class = BBD302Bay
+
+
+class BBD303Bay(
+    Bay,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    motor.WithMotTrigIoConfig,
+    motor.WithIoConfig,
+    motor.WithAuxIoConfig,
+    motor.WithAnalogMonitorConfig,
+    motor.WithPosTrigEnState,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
+    motor.WithDcStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithMotEepromParams,
+    motor.WithPmdCurrentLoopParams,
+    motor.WithPmdPositionLoopParams,
+    motor.WithPmdMotorOutputParams,
+    motor.WithPmdTrackSettleParams,
+    motor.WithPmdProfileModeParams,
+    motor.WithJoystickParams,
+    motor.WithPmdSettledCurrentLoopParams,
+    motor.WithPmdStageAxisParams,
+    motor.WithTrigger,
+    motor.WithLcdDisplayParams,
+    motor.WithLcdMoveParams,
+):
+    """One bay of a BBD303 for asyncio: a controller with one channel.
+
+    Bay 1 is at 0x21, bay 2 is at 0x22, bay 3 is at 0x23.
+    """
+
+
+class BBD303(
+    RackDevice[BBD303Bay],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+    motor.CanSetMoveSynchArray,
+    motor.WithMoveSynchParams,
+    motor.CanMoveSynchStart,
+):
+    """Three-channel benchtop brushless DC motor driver BBD30x for asyncio.
+
+    BBD303, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
+
+    Page 61 does not list the BBD30x. Bays are assumed as in the BBD20x, whose last digit is the
+    number of channels; the vendor's serial example for the BBD30x addresses the first one at 0x21.
+    """
+
+    facts = FACTS
+    unit = UNITS["BBD303"]
+    bay_class = BBD303Bay
 
 
 class BMS001(
@@ -500,9 +772,9 @@ class BMS001(
 ):
     """One-channel benchtop low power stepper driver (legacy) for asyncio.
 
-    BMS001, page 27. Its messages: those of its family benchtop_stepper: No list is printed.
-    Assumed: the generic chapter and the motor chapter with the stepper status, except the messages
-    for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
+    BMS001, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
+    printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
+    messages for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
     potentiometer, buttons). Two messages that the document describes with the DC status are
     included because their text names no family: the server-alive message, which any controller on
     USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81).
@@ -515,6 +787,7 @@ class BMS001(
 class BMS002Channel(
     Channel,
     generic.WithChanEnableState,
+    generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -543,16 +816,15 @@ class BMS002(
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
-    generic.CanIdentify,
     motor.CanSuspendEndOfMoveMsgs,
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
     """Two-channel benchtop low power stepper driver (legacy) for asyncio.
 
-    BMS002, page 27. Its messages: those of its family benchtop_stepper: No list is printed.
-    Assumed: the generic chapter and the motor chapter with the stepper status, except the messages
-    for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
+    BMS002, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
+    printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
+    messages for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
     potentiometer, buttons). Two messages that the document describes with the DC status are
     included because their text names no family: the server-alive message, which any controller on
     USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81).
@@ -587,10 +859,10 @@ class BPC001(
 ):
     """One-channel benchtop piezo driver for asyncio.
 
-    BPC001, page 93. Its messages: those of its family benchtop_piezo: No list is printed for
-    BPC001, BPC002 and BPC101. They use that of the nearest series, the BPC20x (page 131), without
-    the RACK messages, because these units are assumed to have no motherboard. The BPC201 has the
-    printed list itself.
+    BPC001, Issue 3, page 93. Its messages: those of its family benchtop_piezo: No list is printed
+    for BPC001, BPC002 and BPC101. They use that of the nearest series, the BPC20x (page 131),
+    without the RACK messages, because these units are assumed to have no motherboard. The BPC201
+    has the printed list itself.
 
     The document does not describe its addressing; a unit with one USB node and no card slots is
     assumed.
@@ -603,6 +875,7 @@ class BPC001(
 class BPC002Channel(
     Channel,
     generic.WithChanEnableState,
+    generic.CanIdentify,
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
@@ -626,14 +899,13 @@ class BPC002(
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
-    generic.CanIdentify,
 ):
     """Two-channel benchtop piezo driver for asyncio.
 
-    BPC002, page 93. Its messages: those of its family benchtop_piezo: No list is printed for
-    BPC001, BPC002 and BPC101. They use that of the nearest series, the BPC20x (page 131), without
-    the RACK messages, because these units are assumed to have no motherboard. The BPC201 has the
-    printed list itself.
+    BPC002, Issue 3, page 93. Its messages: those of its family benchtop_piezo: No list is printed
+    for BPC001, BPC002 and BPC101. They use that of the nearest series, the BPC20x (page 131),
+    without the RACK messages, because these units are assumed to have no motherboard. The BPC201
+    has the printed list itself.
 
     The document does not describe its addressing; a unit with one USB node and no card slots is
     assumed.
@@ -668,10 +940,10 @@ class BPC101(
 ):
     """One-channel benchtop piezo driver (since 2006) for asyncio.
 
-    BPC101, page 93. Its messages: those of its family benchtop_piezo: No list is printed for
-    BPC001, BPC002 and BPC101. They use that of the nearest series, the BPC20x (page 131), without
-    the RACK messages, because these units are assumed to have no motherboard. The BPC201 has the
-    printed list itself.
+    BPC101, Issue 3, page 93. Its messages: those of its family benchtop_piezo: No list is printed
+    for BPC001, BPC002 and BPC101. They use that of the nearest series, the BPC20x (page 131),
+    without the RACK messages, because these units are assumed to have no motherboard. The BPC201
+    has the printed list itself.
 
     The document does not describe its addressing; treated like the BSC101 of the same years.
     """
@@ -715,15 +987,14 @@ class BPC102(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
 ):
     """Two-channel benchtop piezo driver (since 2006) for asyncio.
 
-    BPC102, page 93. Its messages: the printed list of BPC202, page 131: The printed list of page
-    131 is that of the BPC20x. None is printed for BPC102 and BPC103, which use that of the nearest
-    series.
+    BPC102, Issue 3, page 93. Its messages: the printed list of BPC202, Issue 3, page 131: The
+    printed list of page 131 is that of the BPC20x. None is printed for BPC102 and BPC103, which use
+    that of the nearest series.
 
     The document does not describe its addressing; treated like the card slot BPC202.
     """
@@ -768,15 +1039,14 @@ class BPC103(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
 ):
     """Three-channel benchtop piezo driver (since 2006) for asyncio.
 
-    BPC103, page 93. Its messages: the printed list of BPC202, page 131: The printed list of page
-    131 is that of the BPC20x. None is printed for BPC102 and BPC103, which use that of the nearest
-    series.
+    BPC103, Issue 3, page 93. Its messages: the printed list of BPC202, Issue 3, page 131: The
+    printed list of page 131 is that of the BPC20x. None is printed for BPC102 and BPC103, which use
+    that of the nearest series.
 
     The document does not describe its addressing; treated like the card slot BPC202.
     """
@@ -796,7 +1066,7 @@ class BPC201(
     generic.WithChanEnableState,
     generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
@@ -813,7 +1083,7 @@ class BPC201(
 ):
     """One-channel benchtop piezo driver (since 2007) for asyncio.
 
-    BPC201, page 93. Its messages: the printed list, page 131.
+    BPC201, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
 
     Its list has no server-alive message. The list of the series has the RACK messages, which pages
     25 and 26 assign to two- and three-channel units; with its single channel, this one is treated
@@ -859,13 +1129,12 @@ class BPC202(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
 ):
     """Two-channel benchtop piezo driver (since 2007) for asyncio.
 
-    BPC202, page 93. Its messages: the printed list, page 131.
+    BPC202, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
 
     A card slot controller (page 25). Its list has no server-alive message.
     """
@@ -910,13 +1179,12 @@ class BPC203(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
 ):
     """Three-channel benchtop piezo driver (since 2007) for asyncio.
 
-    BPC203, page 93. Its messages: the printed list, page 131.
+    BPC203, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
 
     Treated as a card slot controller like the BPC202 of page 25. Its list has no server-alive
     message.
@@ -937,7 +1205,7 @@ class BPC301(
     generic.WithChanEnableState,
     generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
@@ -956,7 +1224,7 @@ class BPC301(
 ):
     """One-channel benchtop piezo driver (since 2011) for asyncio.
 
-    BPC301, page 93. Its messages: the printed list, page 132.
+    BPC301, Issue 3, page 93. Its messages: the printed list, Issue 3, page 132.
 
     The list of the series has the RACK messages, which pages 25 and 26 assign to two- and
     three-channel units; with its single channel, this one is treated as a unit without card slots.
@@ -998,9 +1266,9 @@ class BSC001(
 ):
     """One-channel benchtop stepper driver (legacy) for asyncio.
 
-    BSC001, page 27. Its messages: those of its family benchtop_stepper: No list is printed.
-    Assumed: the generic chapter and the motor chapter with the stepper status, except the messages
-    for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
+    BSC001, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
+    printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
+    messages for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
     potentiometer, buttons). Two messages that the document describes with the DC status are
     included because their text names no family: the server-alive message, which any controller on
     USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81).
@@ -1013,6 +1281,7 @@ class BSC001(
 class BSC002Channel(
     Channel,
     generic.WithChanEnableState,
+    generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1041,16 +1310,15 @@ class BSC002(
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
-    generic.CanIdentify,
     motor.CanSuspendEndOfMoveMsgs,
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
     """Two-channel benchtop stepper driver (legacy) for asyncio.
 
-    BSC002, page 27. Its messages: those of its family benchtop_stepper: No list is printed.
-    Assumed: the generic chapter and the motor chapter with the stepper status, except the messages
-    for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
+    BSC002, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
+    printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
+    messages for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
     potentiometer, buttons). Two messages that the document describes with the DC status are
     included because their text names no family: the server-alive message, which any controller on
     USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81).
@@ -1067,14 +1335,18 @@ class BSC101(
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
+    generic.WithRackBayUsed,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithPowerParams,
     motor.WithMotStatusBits,
+    motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,
@@ -1090,17 +1362,16 @@ class BSC101(
     motor.WithStatusUpdate,
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithTrigger,
 ):
     """One-channel benchtop stepper driver (since 2006) for asyncio.
 
-    BSC101, page 27. Its messages: those of its family benchtop_stepper: No list is printed.
-    Assumed: the generic chapter and the motor chapter with the stepper status, except the messages
-    for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
-    potentiometer, buttons). Two messages that the document describes with the DC status are
-    included because their text names no family: the server-alive message, which any controller on
-    USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81).
+    BSC101, Issue 37, page 61. Its messages: those of its family benchtop_stepper_2006: For the
+    BSC101: the printed list of page 16, without MOT_KCUBEKSTLOOPPARAMS, which page 148 restricts to
+    the KST101 and BSC20x, and the messages of benchtop_stepper that the list omits.
 
-    Page 7 lists it but does not count it among the card slot systems.
+    A unit of Issue 3, with the messages that page 16 adds. Issue 3 lists it but does not count it
+    among the card slot systems.
     """
 
     facts = FACTS
@@ -1114,13 +1385,16 @@ class BSC102Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithPowerParams,
     motor.WithMotStatusBits,
+    motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
     motor.CanHome,
@@ -1136,6 +1410,7 @@ class BSC102Bay(
     motor.WithStatusUpdate,
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithTrigger,
 ):
     """One bay of a BSC102 for asyncio: a controller with one channel.
 
@@ -1150,15 +1425,14 @@ class BSC102(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
 ):
     """Two-channel benchtop stepper driver (since 2006) for asyncio.
 
-    BSC102, page 27. Its messages: those of its family card_slot_stepper: No list is printed. Like
-    benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10 and 23; pages
-    25 and 26 name the BSC103).
+    BSC102, Issue 3, page 27. Its messages: those of its family card_slot_stepper: No list is
+    printed. Like benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10
+    and 23; pages 25 and 26 name the BSC103).
 
     Page 7 gives it no prefix. Assumed to be a card slot system because page 25 mentions two- and
     three-channel card slot controllers such as the BSC103.
@@ -1176,6 +1450,283 @@ class BSC103Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithPowerParams,
+    motor.WithMotStatusBits,
+    motor.WithAdcInputs,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
+    motor.WithStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithMotEepromParams,
+    motor.WithTrigger,
+):
+    """One bay of a BSC103 for asyncio: a controller with one channel.
+
+    Bay 1 is at 0x21, bay 2 is at 0x22, bay 3 is at 0x23.
+    """
+
+
+class BSC103(
+    RackDevice[BSC103Bay],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+    generic.WithRackStatusBits,
+    generic.WithRackDigOutputs,
+):
+    """Three-channel benchtop stepper driver (since 2006) for asyncio.
+
+    BSC103, Issue 3, page 27. Its messages: those of its family card_slot_stepper: No list is
+    printed. Like benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10
+    and 23; pages 25 and 26 name the BSC103).
+
+    A card slot system (page 7).
+    """
+
+    facts = FACTS
+    unit = UNITS["BSC103"]
+    bay_class = BSC103Bay
+
+
+class BSC201(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithPowerParams,
+    motor.WithMotStatusBits,
+    motor.WithAdcInputs,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.WithMotEepromParams,
+    motor.WithTrigger,
+    motor.WithKcubeKstLoopParams,
+):
+    """One-channel benchtop stepper driver (since 2012) for asyncio.
+
+    BSC201, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
+
+    The example of page 124 has the address 0x50. Its list has no server-alive message, and public
+    drivers report that a BSC20x stops answering after HW_START_UPDATEMSGS
+    (thorlabs_apt_device/devices/bsc.py;
+    MSLNZ/msl-equipment/packages/resources/src/msl/equipment_resources/thorlabs/motion.py), so ask
+    for the status instead.
+    """
+
+    facts = FACTS
+    unit = UNITS["BSC201"]
+
+
+class BSC202Bay(
+    Bay,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithPowerParams,
+    motor.WithMotStatusBits,
+    motor.WithAdcInputs,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.WithMotEepromParams,
+    motor.WithTrigger,
+    motor.WithKcubeKstLoopParams,
+):
+    """One bay of a BSC202 for asyncio: a controller with one channel.
+
+    Bay 1 is at 0x21, bay 2 is at 0x22.
+    """
+
+
+class BSC202(
+    RackDevice[BSC202Bay],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+):
+    """Two-channel benchtop stepper driver (since 2012) for asyncio.
+
+    BSC202, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
+
+    A card slot system like the BSC102 (page 46); page 33 gives neither of them a prefix. Its list
+    has no server-alive message, and public drivers report that a BSC20x stops answering after
+    HW_START_UPDATEMSGS (thorlabs_apt_device/devices/bsc.py;
+    MSLNZ/msl-equipment/packages/resources/src/msl/equipment_resources/thorlabs/motion.py), so ask
+    for the status instead.
+    """
+
+    facts = FACTS
+    unit = UNITS["BSC202"]
+    bay_class = BSC202Bay
+
+
+class BSC203Bay(
+    Bay,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithPowerParams,
+    motor.WithMotStatusBits,
+    motor.WithAdcInputs,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.WithMotEepromParams,
+    motor.WithTrigger,
+    motor.WithKcubeKstLoopParams,
+):
+    """One bay of a BSC203 for asyncio: a controller with one channel.
+
+    Bay 1 is at 0x21, bay 2 is at 0x22, bay 3 is at 0x23.
+    """
+
+
+class BSC203(
+    RackDevice[BSC203Bay],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+):
+    """Three-channel benchtop stepper driver (since 2012) for asyncio.
+
+    BSC203, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
+
+    A card slot system (page 33). Its list has no server-alive message, and public drivers report
+    that a BSC20x stops answering after HW_START_UPDATEMSGS (thorlabs_apt_device/devices/bsc.py;
+    MSLNZ/msl-equipment/packages/resources/src/msl/equipment_resources/thorlabs/motion.py), so ask
+    for the status instead.
+    """
+
+    facts = FACTS
+    unit = UNITS["BSC203"]
+    bay_class = BSC203Bay
+
+
+class K10CR1(
+    SingleChannelDevice,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithPotParams,
+    motor.WithAvModes,
+    motor.WithButtonParams,
+    motor.WithMotEepromParams,
+    motor.WithTrigger,
+):
+    """Rotation stage with a built-in stepper driver for asyncio.
+
+    K10CR1, Issue 37, page 33. Its messages: the printed lists, Issue 37, pages 13, 15.
+    """
+
+    facts = FACTS
+    unit = UNITS["K10CR1"]
+
+
+class KBD101(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
@@ -1195,44 +1746,451 @@ class BSC103Bay(
     motor.CanJog,
     motor.CanSuspendEndOfMoveMsgs,
     motor.CanResumeEndOfMoveMsgs,
-    motor.WithStatusUpdate,
+    motor.WithDcStatusUpdate,
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithPmdCurrentLoopParams,
+    motor.WithPmdPositionLoopParams,
+    motor.WithPmdMotorOutputParams,
+    motor.WithPmdTrackSettleParams,
+    motor.WithPmdProfileModeParams,
+    motor.WithJoystickParams,
+    motor.WithPmdSettledCurrentLoopParams,
+    motor.WithPmdStageAxisParams,
+    motor.WithTrigger,
+    motor.WithKcubeMmiParams,
+    motor.WithKcubeTrigIoConfig,
+    motor.WithKcubePosTrigParams,
 ):
-    """One bay of a BSC103 for asyncio: a controller with one channel.
+    """One-channel K-Cube brushless DC driver for asyncio.
 
-    Bay 1 is at 0x21, bay 2 is at 0x22, bay 3 is at 0x23.
+    KBD101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 21, 22.
+
+    Its list has the RACK messages, but it has one channel and its own USB node (page 32).
     """
 
+    facts = FACTS
+    unit = UNITS["KBD101"]
 
-class BSC103(
-    RackDevice[BSC103Bay],
+
+class KDC101(
+    SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
-    generic.WithRackBayUsed,
+    generic.WithHubBayUsed,
+    generic.WithChanEnableState,
     generic.CanIdentify,
-    generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
+    motor.WithDcStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithDcPidParams,
+    motor.WithPotParams,
+    motor.WithAvModes,
+    motor.WithButtonParams,
+    motor.WithMotEepromParams,
+    motor.WithKcubeMmiParams,
+    motor.WithKcubeTrigIoConfig,
+    motor.WithKcubePosTrigParams,
 ):
-    """Three-channel benchtop stepper driver (since 2006) for asyncio.
+    """One-channel K-Cube DC servo driver for asyncio.
 
-    BSC103, page 27. Its messages: those of its family card_slot_stepper: No list is printed. Like
-    benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10 and 23; pages
-    25 and 26 name the BSC103).
+    KDC101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 8, 9.
 
-    A card slot system (page 7).
+    KDCT101 on page 32.
     """
 
     facts = FACTS
-    unit = UNITS["BSC103"]
-    bay_class = BSC103Bay
+    unit = UNITS["KDC101"]
+
+
+class KSC101(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithHubBayUsed,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.CanMoveAbsolute,
+    motor.CanStop,
+    motor.WithAvModes,
+    motor.WithButtonParams,
+    motor.WithMotEepromParams,
+    motor.WithKcubeMmiParams,
+    motor.WithKcubeTrigIoConfig,
+    motor.WithKcubePosTrigParams,
+    solenoid.WithSolOperatingMode,
+    solenoid.WithSolCycleParams,
+    solenoid.WithSolInterlockMode,
+    solenoid.WithSolState,
+):
+    """One-channel K-Cube solenoid driver for asyncio.
+
+    KSC101, Issue 37, page 61. Its messages: the printed lists, Issue 37, page 12.
+
+    A motor controller as far as the protocol is concerned. It counts solenoid times in ms, and not
+    in steps of 250 µs like the TSC001 of Issue 3.
+    """
+
+    facts = FACTS
+    unit = UNITS["KSC101"]
+
+
+class KST101(
+    SingleChannelDevice,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithPowerParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithPotParams,
+    motor.WithAvModes,
+    motor.WithButtonParams,
+    motor.WithMotEepromParams,
+    motor.WithTstActuatorType,
+    motor.WithKcubeMmiParams,
+    motor.WithKcubeTrigIoConfig,
+    motor.WithKcubePosTrigParams,
+    motor.WithKcubeKstLoopParams,
+):
+    """One-channel K-Cube stepper driver for asyncio.
+
+    KST101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 13, 14.
+    """
+
+    facts = FACTS
+    unit = UNITS["KST101"]
+
+
+class KST201(
+    SingleChannelDevice,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithMotEepromParams,
+    motor.WithTstActuatorType,
+    motor.WithKcubeMmiParams,
+    motor.WithKcubeTrigIoConfig,
+    motor.WithKcubePosTrigParams,
+):
+    """One-channel K-Cube stepper driver, second version for asyncio.
+
+    KST201, Issue 37, page 14. Its messages: the printed list, Issue 37, page 14.
+
+    Only its list on page 14 names it, so neither its prefix nor its scales are in the document.
+    """
+
+    facts = FACTS
+    unit = UNITS["KST201"]
+
+
+class KVS30(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
+    motor.WithDcStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithDcPidParams,
+    motor.WithMotEepromParams,
+    motor.WithKcubeTrigIoConfig,
+    motor.WithKcubePosTrigParams,
+):
+    """Vertical stage with a built-in DC servo driver for asyncio.
+
+    KVS30, Issue 37, page 10. Its messages: the printed list, Issue 37, page 10.
+
+    Its prefix, address and channels are not printed. It is treated as one axis with its own USB
+    node.
+    """
+
+    facts = FACTS
+    unit = UNITS["KVS30"]
+
+
+class LTS150(
+    SingleChannelDevice,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithButtonParams,
+    motor.WithMotEepromParams,
+    motor.WithBowIndex,
+):
+    """Long travel stage with a built-in stepper driver for asyncio.
+
+    LTS150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
+    """
+
+    facts = FACTS
+    unit = UNITS["LTS150"]
+
+
+class LTS300(
+    SingleChannelDevice,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithButtonParams,
+    motor.WithMotEepromParams,
+    motor.WithBowIndex,
+):
+    """Long travel stage with a built-in stepper driver for asyncio.
+
+    LTS300, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
+    """
+
+    facts = FACTS
+    unit = UNITS["LTS300"]
+
+
+class MFF101(
+    SingleChannelDevice,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    motor.WithMotStatusBits,
+    motor.CanJog,
+    motor.WithMotEepromParams,
+    flipper.WithMffOperParams,
+):
+    """Motorized filter flipper for asyncio.
+
+    MFF101, Issue 37, page 20. Its messages: the printed list, Issue 37, page 20.
+
+    MFF10X on page 32. Its list has the messages that start and stop status updates, but no status
+    update; read the status bits instead. MOT_MOVE_JOG moves it. A public driver (github
+    QuTech-Delft/QMI/qmi/instruments/thorlabs/mff10x.py) waits for status bit 0 after FORWARD and
+    for bit 1 after REVERSE.
+    """
+
+    facts = FACTS
+    unit = UNITS["MFF101"]
+
+
+class MFF102(
+    SingleChannelDevice,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    motor.WithMotStatusBits,
+    motor.CanJog,
+    motor.WithMotEepromParams,
+    flipper.WithMffOperParams,
+):
+    """Motorized filter flipper for asyncio.
+
+    MFF102, Issue 37, page 20. Its messages: the printed list, Issue 37, page 20.
+
+    MFF10X on page 32. Like the MFF101.
+    """
+
+    facts = FACTS
+    unit = UNITS["MFF102"]
+
+
+class MLJ050(
+    SingleChannelDevice,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanSetChanEnableState,
+    generic.CanIdentify,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithMotEepromParams,
+    motor.WithBowIndex,
+):
+    """Motorized labjack with a built-in stepper driver for asyncio.
+
+    MLJ050, Issue 37, page 33. Its messages: the printed list, Issue 37, page 19.
+
+    It reports no end of a move before it has received MOT_SET_HOMEPARAMS (page 41), whose example
+    has the address 0x50.
+    """
+
+    facts = FACTS
+    unit = UNITS["MLJ050"]
+
+
+class MLJ150(
+    SingleChannelDevice,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanSetChanEnableState,
+    generic.CanIdentify,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithMotEepromParams,
+    motor.WithBowIndex,
+):
+    """Motorized labjack with a built-in stepper driver for asyncio.
+
+    MLJ150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 19.
+
+    It reports no end of a move before it has received MOT_SET_HOMEPARAMS (page 41), whose example
+    has the address 0x50.
+    """
+
+    facts = FACTS
+    unit = UNITS["MLJ150"]
 
 
 class MPZ601Channel(
     Channel,
     generic.WithChanEnableState,
+    generic.CanIdentify,
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
@@ -1256,14 +2214,13 @@ class MPZ601(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
     piezo.CanAckPzStatusUpdate,
     piezo.WithLutValueType,
 ):
     """Two-channel modular piezo driver for asyncio.
 
-    MPZ601, page 93. Its messages: the printed list, page 135.
+    MPZ601, Issue 3, page 93. Its messages: the printed list, Issue 3, page 135.
 
     A rack module. Its list lacks PZ_SET_EEPROMPARAMS, which saves its I/O settings according to
     page 119, and RACK_REQ_STATUSBITS, which page 25 assigns to the modular rack. The meaning of its
@@ -1278,6 +2235,7 @@ class MPZ601(
 class MST601Channel(
     Channel,
     generic.WithChanEnableState,
+    generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1306,17 +2264,16 @@ class MST601(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
-    generic.CanIdentify,
     generic.WithRackStatusBits,
-    generic.WithDigOutputs,
+    generic.WithRackDigOutputs,
     motor.CanSuspendEndOfMoveMsgs,
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
     """Two-channel modular stepper driver for asyncio.
 
-    MST601, page 27. Its messages: those of its family modular_stepper: No list is printed. Like
-    card_slot_stepper, except HW_DISCONNECT: a module has no USB node, and the list of the
+    MST601, Issue 3, page 27. Its messages: those of its family modular_stepper: No list is printed.
+    Like card_slot_stepper, except HW_DISCONNECT: a module has no USB node, and the list of the
     corresponding piezo module, the MPZ601, omits it. That list also omits RACK_REQ_STATUSBITS,
     which page 25 assigns to the modular rack; it is kept here.
 
@@ -1326,6 +2283,60 @@ class MST601(
     facts = FACTS
     unit = UNITS["MST601"]
     channel_class = MST601Channel
+
+
+class MST602Channel(
+    Channel,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithPowerParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.WithMotEepromParams,
+):
+    """One channel of a MST602 for asyncio."""
+
+
+class MST602(
+    ModuleDevice[MST602Channel],
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+    generic.WithRackStatusBits,
+    generic.WithRackDigOutputs,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
+    motor.CanAckDcStatusUpdate,
+):
+    """Two-channel modular stepper driver (since 2013) for asyncio.
+
+    MST602, Issue 37, page 61. Its messages: those of its family modular_stepper_2013: No list is
+    printed. Like modular_stepper, plus the power of the phases (page 71), but without
+    MOT_MOVE_VELOCITY: page 87 has the direction of channel 2 in the upper four bits, so the usual
+    direction would move channel 1.
+
+    A rack module with two channels of its own (page 87). Page 33 prints prefix 50 for it and the
+    MST601.
+    """
+
+    facts = FACTS
+    unit = UNITS["MST602"]
+    channel_class = MST602Channel
 
 
 class ODC001(
@@ -1363,8 +2374,8 @@ class ODC001(
 ):
     """One-channel cube DC servo driver for asyncio.
 
-    ODC001, page 27. Its messages: those of its family dc_servo_opto: No list is printed. Like the
-    TDC001, except the LM628 PID (page 51: TDC001 only), plus HW_DISCONNECT and
+    ODC001, Issue 3, page 27. Its messages: those of its family dc_servo_opto: No list is printed.
+    Like the TDC001, except the LM628 PID (page 51: TDC001 only), plus HW_DISCONNECT and
     MOT_SET_EEPROMPARAMS, which the chapters do not restrict.
 
     OptoDCDriver on page 7. The document gives no scale for it.
@@ -1409,8 +2420,8 @@ class OST001(
 ):
     """One-channel cube stepper driver for asyncio.
 
-    OST001, page 27. Its messages: those of its family opto_stepper: No list is printed. Like
-    benchtop_stepper, plus the LED, potentiometer and buttons of the control keypad.
+    OST001, Issue 3, page 27. Its messages: those of its family opto_stepper: No list is printed.
+    Like benchtop_stepper, plus the LED, potentiometer and buttons of the control keypad.
 
     OptoSTDriver on page 7.
     """
@@ -1419,11 +2430,65 @@ class OST001(
     unit = UNITS["OST001"]
 
 
-class TDC001(
+class TBD001(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
+    motor.WithDcStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithMotEepromParams,
+    motor.WithPmdCurrentLoopParams,
+    motor.WithPmdPositionLoopParams,
+    motor.WithPmdMotorOutputParams,
+    motor.WithPmdTrackSettleParams,
+    motor.WithPmdProfileModeParams,
+    motor.WithJoystickParams,
+    motor.WithPmdSettledCurrentLoopParams,
+    motor.WithPmdStageAxisParams,
+    motor.WithTrigger,
+):
+    """One-channel T-Cube brushless DC driver for asyncio.
+
+    TBD001, Issue 37, page 61. Its messages: the printed list, Issue 37, page 21.
+
+    Its list has the RACK messages, but it has one channel and its own USB node (page 33).
+    """
+
+    facts = FACTS
+    unit = UNITS["TBD001"]
+
+
+class TDC001(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithHubBayUsed,
     generic.WithChanEnableState,
     generic.CanIdentify,
     motor.WithEncCounter,
@@ -1450,10 +2515,11 @@ class TDC001(
     motor.WithPotParams,
     motor.WithAvModes,
     motor.WithButtonParams,
+    motor.WithMotEepromParams,
 ):
     """One-channel T-Cube DC servo driver for asyncio.
 
-    TDC001, page 27. Its messages: the printed list, page 136.
+    TDC001, Issue 3, page 27. Its messages: the printed list, Issue 37, page 8.
 
     The example of page 16 addresses it as bay 0 (0x21), those of pages 52 and 59 by the generic USB
     address.
@@ -1486,7 +2552,7 @@ class TPZ001(
 ):
     """One-channel T-Cube piezo driver for asyncio.
 
-    TPZ001, page 93. Its messages: the printed list, page 133.
+    TPZ001, Issue 3, page 93. Its messages: the printed list, Issue 3, page 133.
 
     Its list has no server-alive message. Pages 101 and 103 describe its status bits, but the list
     has no PZ_REQ_PZSTATUSBITS: the status messages contain them. It also has no PZ_REQ_MAXTRAVEL,
@@ -1499,6 +2565,7 @@ class TPZ001(
 
 class TSC001(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
@@ -1517,7 +2584,7 @@ class TSC001(
 ):
     """One-channel T-Cube solenoid driver for asyncio.
 
-    TSC001, page 27. Its messages: the printed list, page 138.
+    TSC001, Issue 3, page 27. Its messages: the printed list, Issue 3, page 138.
 
     A motor controller as far as the protocol is concerned. Its list has no server-alive message,
     and has MOT_MOVE_STOP but not MOT_MOVE_STOPPED, which page 49 promises after a stop. A client
@@ -1547,7 +2614,7 @@ class TSG001(
 ):
     """One-channel T-Cube strain gauge reader for asyncio.
 
-    TSG001, page 93. Its messages: the printed list, page 134.
+    TSG001, Issue 3, page 93. Its messages: the printed list, Issue 3, page 134.
 
     The meaning of its status bits is not documented. Page 129 says that readings are sampled at 500
     Hz, which is not the rate of the status messages.
@@ -1571,6 +2638,7 @@ class TST001(
     motor.WithVelParams,
     motor.WithJogParams,
     motor.WithLimSwitchParams,
+    motor.WithPowerParams,
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
@@ -1593,10 +2661,53 @@ class TST001(
 ):
     """One-channel T-Cube stepper driver for asyncio.
 
-    TST001, page 27. Its messages: those of its family cube_stepper: No list is printed. Like
-    opto_stepper, plus the HUB messages, which read the bay of a T-Cube (page 24). The lists of
+    TST001, Issue 3, page 27. Its messages: those of its family cube_stepper: No list is printed.
+    Like opto_stepper, plus the HUB messages, which read the bay of a T-Cube (page 24). The lists of
     TSC001 and TSG001 have them; those of TDC001 and TPZ001 do not.
     """
 
     facts = FACTS
     unit = UNITS["TST001"]
+
+
+class TST101(
+    SingleChannelDevice,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.WithEncCounter,
+    motor.WithPosCounter,
+    motor.WithVelParams,
+    motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithPowerParams,
+    motor.WithMotStatusBits,
+    motor.WithGenMoveParams,
+    motor.WithHomeParams,
+    motor.CanHome,
+    motor.WithMoveRelParams,
+    motor.CanMoveRelative,
+    motor.WithMoveAbsParams,
+    motor.CanMoveAbsolute,
+    motor.CanMoveVelocity,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithStatusUpdate,
+    motor.CanAckDcStatusUpdate,
+    motor.WithPotParams,
+    motor.WithAvModes,
+    motor.WithButtonParams,
+    motor.WithMotEepromParams,
+    motor.WithTstActuatorType,
+):
+    """One-channel T-Cube stepper driver with 2048 microsteps for asyncio.
+
+    TST101, Issue 37, page 13. Its messages: the printed lists, Issue 37, pages 13, 14.
+
+    Page 33 prints prefix 80 only for the TST001. Page 61 does not list it.
+    """
+
+    facts = FACTS
+    unit = UNITS["TST101"]

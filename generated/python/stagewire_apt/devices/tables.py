@@ -13,12 +13,15 @@ from stagewire_apt.devices import values as v
 __all__ = [
     "ACK_DC_STATUS_UPDATE",
     "ACK_PZ_STATUS_UPDATE",
+    "ADC_INPUTS",
+    "ANALOG_MONITOR_CONFIG",
+    "AUX_IO_CONFIG",
     "AV_MODES",
+    "BOW_INDEX",
     "BUTTON_PARAMS",
     "CHAN_ENABLE_STATE",
     "DC_PID_PARAMS",
     "DC_STATUS_UPDATE",
-    "DIG_OUTPUTS",
     "DISCONNECT",
     "ENC_COUNTER",
     "GEN_MOVE_PARAMS",
@@ -28,21 +31,38 @@ __all__ = [
     "IDENTIFY",
     "INFO",
     "INPUT_VOLTS_SRC",
+    "IO_CONFIG",
     "IO_SETTINGS",
     "JOG",
     "JOG_PARAMS",
+    "JOYSTICK_PARAMS",
+    "KCUBE_KST_LOOP_PARAMS",
+    "KCUBE_MMI_LOCK",
+    "KCUBE_MMI_PARAMS",
+    "KCUBE_POS_TRIG_PARAMS",
+    "KCUBE_TRIG_IO_CONFIG",
+    "LCD_DISPLAY_PARAMS",
+    "LCD_MOVE_PARAMS",
     "LIM_SWITCH_PARAMS",
     "LUT_VALUE_TYPE",
     "MAX_TRAVEL",
+    "MFF_OPER_PARAMS",
+    "MOD_DIG_OUTPUTS",
     "MOT_EEPROM_PARAMS",
     "MOT_STATUS_BITS",
+    "MOT_TRIG_IO_CONFIG",
     "MOVE_ABSOLUTE",
     "MOVE_ABSOLUTE_STORED",
     "MOVE_ABS_PARAMS",
+    "MOVE_RASTER",
     "MOVE_RELATIVE",
     "MOVE_RELATIVE_STORED",
     "MOVE_REL_PARAMS",
+    "MOVE_SYNCH_PARAMS",
+    "MOVE_SYNCH_START",
+    "MOVE_SYNCH_START_0A06",
     "MOVE_VELOCITY",
+    "NO_FLASH_PROGRAMMING",
     "OUTPUT_LUT",
     "OUTPUT_LUT_PARAMS",
     "OUTPUT_MAX_VOLTS",
@@ -58,12 +78,20 @@ __all__ = [
     "PMD_TRACK_SETTLE_PARAMS",
     "POS_CONTROL_MODE",
     "POS_COUNTER",
+    "POS_TRIG_EN_STATE",
     "POT_PARAMS",
+    "POWER_PARAMS",
     "PZ_EEPROM_PARAMS",
     "PZ_STATUS_BITS",
     "RACK_BAY_USED",
+    "RACK_DIG_OUTPUTS",
     "RACK_STATUS_BITS",
+    "RASTER_MOVE_PARAMS",
     "RESUME_END_OF_MOVE_MSGS",
+    "SET_MOVE_SYNCH_ARRAY",
+    "SET_MOVE_SYNCH_ARRAY_0A00",
+    "SET_MOVE_SYNCH_PARAMS_0A03",
+    "SET_MOVE_SYNCH_PARAMS_0A03_SHORT",
     "SET_PZ_STAGE_PARAM_DEFAULTS",
     "SET_ZERO",
     "SOL_CYCLE_PARAMS",
@@ -80,9 +108,12 @@ __all__ = [
     "TPZ_DISP_SETTINGS",
     "TPZ_IO_SETTINGS",
     "TPZ_SLEW_RATES",
+    "TRIGGER",
     "TSG_IO_SETTINGS",
     "TSG_READING",
+    "TST_ACTUATOR_TYPE",
     "VEL_PARAMS",
+    "YES_FLASH_PROGRAMMING",
 ]
 
 INFO = ParameterSet("info", values=v.Info, set=None, req=m.HwReqInfo, get=m.HwGetInfo)
@@ -114,6 +145,15 @@ CHAN_ENABLE_STATE = ParameterSet(
     given=(Given("enable_state", "enable_state", choices=e.EnableState, minimum=0, maximum=255),),
 )
 
+MOD_DIG_OUTPUTS = ParameterSet(
+    "dig_outputs",
+    values=v.ModDigOutputs,
+    set=m.ModSetDigOutputs,
+    req=m.ModReqDigOutputs,
+    get=m.ModGetDigOutputs,
+    given=(Given("bit", "bit", choices=f.ControlIoOutputs, minimum=0, maximum=255),),
+)
+
 RACK_STATUS_BITS = ParameterSet(
     "status_bits",
     values=v.RackStatusBits,
@@ -122,13 +162,166 @@ RACK_STATUS_BITS = ParameterSet(
     get=m.RackGetStatusBits,
 )
 
-DIG_OUTPUTS = ParameterSet(
+RACK_DIG_OUTPUTS = ParameterSet(
     "dig_outputs",
-    values=v.DigOutputs,
+    values=v.RackDigOutputs,
     set=m.RackSetDigOutputs,
     req=m.RackReqDigOutputs,
     get=m.RackGetDigOutputs,
     given=(Given("dig_op", "dig_op", choices=f.RackDigitalOutputs, minimum=0, maximum=255),),
+)
+
+KCUBE_MMI_LOCK = ParameterSet(
+    "kcube_mmi_lock",
+    values=v.KcubeMmiLock,
+    set=m.HwSetKcubeMmiLock,
+    req=m.HwReqKcubeMmiLock,
+    get=m.HwGetKcubeMmiLock,
+    given=(Given("mmi_lock", "mmi_lock", choices=e.MmiLock, minimum=0, maximum=255),),
+)
+
+MOT_TRIG_IO_CONFIG = ParameterSet(
+    "mot_trig_io_config",
+    values=v.MotTrigIoConfig,
+    set=m.MotSetMotTrigIoConfig,
+    req=m.MotReqMotTrigIoConfig,
+    get=m.MotGetMotTrigIoConfig,
+    given=(
+        Given("channel", "channel", choices=e.MotorChannel, minimum=0, maximum=65535),
+        Given("trig_in_mode", "trig_in_mode", choices=e.TriggerInputMode, minimum=0, maximum=65535),
+        Given(
+            "trig_in_polarity",
+            "trig_in_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trig_in_source",
+            "trig_in_source",
+            choices=e.TriggerSource,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trig_out_mode",
+            "trig_out_mode",
+            choices=e.TriggerOutputMode,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trig_out_polarity",
+            "trig_out_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "start_pos_fwd",
+            "start_pos_fwd",
+            quantity="position",
+            ways=(("start_pos_fwd_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given(
+            "interval_fwd",
+            "interval_fwd",
+            quantity="position",
+            ways=(("interval_fwd_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given("num_pulses_fwd", "num_pulses_fwd", minimum=-2147483648, maximum=2147483647),
+        Given(
+            "start_pos_rev",
+            "start_pos_rev",
+            quantity="position",
+            ways=(("start_pos_rev_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given(
+            "interval_rev",
+            "interval_rev",
+            quantity="position",
+            ways=(("interval_rev_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given("num_pulses_rev", "num_pulses_rev", minimum=-2147483648, maximum=2147483647),
+        Given(
+            "pulse_width",
+            "pulse_width",
+            quantity="microseconds",
+            ways=(("pulse_width_us", "us", None),),
+            minimum=1,
+            maximum=1000000,
+        ),
+        Given("num_cycles", "num_cycles", minimum=-2147483648, maximum=2147483647),
+    ),
+    others=((m.MotGetMotTrigIoConfigShort, m.MotSetMotTrigIoConfigShort),),
+)
+
+IO_CONFIG = ParameterSet(
+    "io_config",
+    values=v.IoConfig,
+    set=m.MotSetIoConfig,
+    req=m.MotReqIoConfig,
+    get=m.MotGetIoConfig,
+    given=(
+        Given("io_port", "io_port", choices=e.IoPort, minimum=0, maximum=65535),
+        Given("mode", "mode", choices=e.IoPortMode, minimum=0, maximum=65535),
+        Given("out_source", "out_source", choices=e.IoOutputSource, minimum=0, maximum=65535),
+    ),
+    asked=(Given("io_port", "io_port", choices=e.IoPort, minimum=0, maximum=255),),
+)
+
+AUX_IO_CONFIG = ParameterSet(
+    "aux_io_config",
+    values=v.AuxIoConfig,
+    set=m.MotSetAuxIoConfig,
+    req=m.MotReqAuxIoConfig,
+    get=m.MotGetAuxIoConfig,
+    given=(
+        Given("out_port", "out_port", choices=f.AuxOutputPorts, minimum=0, maximum=65535),
+        Given("mode", "mode", choices=e.AuxPortMode, minimum=0, maximum=65535),
+        Given("sw_source", "sw_source", choices=e.AuxPortState, minimum=0, maximum=65535),
+    ),
+    asked=(Given("out_port", "out_port", choices=f.AuxOutputPortMask, minimum=0, maximum=255),),
+)
+
+ANALOG_MONITOR_CONFIG = ParameterSet(
+    "analog_monitor_config",
+    values=v.AnalogMonitorConfig,
+    set=m.MotSetAnalogMonitorConfig,
+    req=m.MotReqAnalogMonitorConfig,
+    get=m.MotGetAnalogMonitorConfig,
+    given=(
+        Given("monitor", "monitor", choices=e.AnalogMonitor, minimum=0, maximum=65535),
+        Given(
+            "motor_channel",
+            "motor_channel",
+            choices=e.MotorChannel,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("sys_var", "sys_var", choices=e.SystemVariable, minimum=0, maximum=65535),
+        Given("scale", "scale", minimum=-2147483648, maximum=2147483647),
+        Given("offset", "offset", minimum=-2147483648, maximum=2147483647),
+    ),
+)
+
+POS_TRIG_EN_STATE = ParameterSet(
+    "pos_trig_en_state",
+    values=v.PosTrigEnState,
+    set=m.MotSetPosTrigEnState,
+    req=m.MotReqPosTrigEnState,
+    get=m.MotGetPosTrigEnState,
+    given=(Given("state", "state", choices=e.PositionTriggerState, minimum=0, maximum=255),),
 )
 
 ENC_COUNTER = ParameterSet(
@@ -296,12 +489,46 @@ LIM_SWITCH_PARAMS = ParameterSet(
     ),
 )
 
+POWER_PARAMS = ParameterSet(
+    "power_params",
+    values=v.PowerParams,
+    set=m.MotSetPowerParams,
+    req=m.MotReqPowerParams,
+    get=m.MotGetPowerParams,
+    given=(
+        Given(
+            "rest_factor",
+            "rest_factor",
+            quantity="percent",
+            ways=(("rest_factor_percent", "percent", None),),
+            minimum=1,
+            maximum=100,
+        ),
+        Given(
+            "move_factor",
+            "move_factor",
+            quantity="percent",
+            ways=(("move_factor_percent", "percent", None),),
+            minimum=1,
+            maximum=100,
+        ),
+    ),
+)
+
 MOT_STATUS_BITS = ParameterSet(
     "status_bits",
     values=v.MotStatusBits,
     set=None,
     req=m.MotReqStatusBits,
     get=m.MotGetStatusBits,
+)
+
+ADC_INPUTS = ParameterSet(
+    "adc_inputs",
+    values=v.AdcInputs,
+    set=None,
+    req=m.MotReqAdcInputs,
+    get=m.MotGetAdcInputs,
 )
 
 GEN_MOVE_PARAMS = ParameterSet(
@@ -329,8 +556,22 @@ HOME_PARAMS = ParameterSet(
     req=m.MotReqHomeParams,
     get=m.MotGetHomeParams,
     given=(
-        Given("home_direction", "home_direction", minimum=0, maximum=65535),
-        Given("limit_switch", "limit_switch", minimum=0, maximum=65535),
+        Given(
+            "home_direction",
+            "home_direction",
+            choices=e.HomeDirection,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "limit_switch",
+            "limit_switch",
+            choices=e.HomeLimitSwitch,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
         Given(
             "home_velocity",
             "home_velocity",
@@ -392,7 +633,7 @@ STATUS_UPDATE = Query(
     "status_update",
     values=v.StatusUpdate,
     req=m.MotReqStatusUpdate,
-    gets=(m.MotGetStatusUpdate,),
+    gets=(m.MotGetStatusUpdate, m.MotGetStatusUpdateLong),
 )
 
 DC_STATUS_UPDATE = Query(
@@ -659,6 +900,49 @@ PMD_PROFILE_MODE_PARAMS = ParameterSet(
     ),
 )
 
+JOYSTICK_PARAMS = ParameterSet(
+    "joystick_params",
+    values=v.JoystickParams,
+    set=m.MotSetJoystickParams,
+    req=m.MotReqJoystickParams,
+    get=m.MotGetJoystickParams,
+    given=(
+        Given(
+            "js_gear_low_max_vel",
+            "js_gear_low_max_vel",
+            quantity="velocity",
+            ways=(("js_gear_low_max_vel_mm_per_s", "mm/s", None),),
+            minimum=0,
+            maximum=4294967295,
+        ),
+        Given(
+            "js_gear_high_max_vel",
+            "js_gear_high_max_vel",
+            quantity="velocity",
+            ways=(("js_gear_high_max_vel_mm_per_s", "mm/s", None),),
+            minimum=0,
+            maximum=4294967295,
+        ),
+        Given(
+            "js_gear_low_accn",
+            "js_gear_low_accn",
+            quantity="acceleration",
+            ways=(("js_gear_low_accn_mm_per_s2", "mm/s^2", None),),
+            minimum=0,
+            maximum=4294967295,
+        ),
+        Given(
+            "js_gear_high_accn",
+            "js_gear_high_accn",
+            quantity="acceleration",
+            ways=(("js_gear_high_accn_mm_per_s2", "mm/s^2", None),),
+            minimum=0,
+            maximum=4294967295,
+        ),
+        Given("dir_sense", "dir_sense", choices=e.DirectionSense, minimum=0, maximum=65535),
+    ),
+)
+
 PMD_SETTLED_CURRENT_LOOP_PARAMS = ParameterSet(
     "pmd_settled_current_loop_params",
     values=v.PmdSettledCurrentLoopParams,
@@ -730,6 +1014,417 @@ PMD_STAGE_AXIS_PARAMS = ParameterSet(
     ),
 )
 
+BOW_INDEX = ParameterSet(
+    "bow_index",
+    values=v.BowIndex,
+    set=m.MotSetBowIndex,
+    req=m.MotReqBowIndex,
+    get=m.MotGetBowIndex,
+    given=(Given("bow_index", "bow_index", minimum=0, maximum=18),),
+)
+
+TST_ACTUATOR_TYPE = Command(
+    "tst_actuator_type",
+    message=m.MotSetTstActuatorType,
+    given=(
+        Given("actuator_ident", "actuator_ident", choices=e.ActuatorType, minimum=0, maximum=255),
+    ),
+)
+
+TRIGGER = ParameterSet(
+    "trigger",
+    values=v.Trigger,
+    set=m.MotSetTrigger,
+    req=m.MotReqTrigger,
+    get=m.MotGetTrigger,
+    given=(Given("mode", "mode", choices=f.TriggerMode, minimum=0, maximum=255),),
+)
+
+KCUBE_MMI_PARAMS = ParameterSet(
+    "kcube_mmi_params",
+    values=v.KcubeMmiParams,
+    set=m.MotSetKcubeMmiParams,
+    req=m.MotReqKcubeMmiParams,
+    get=m.MotGetKcubeMmiParams,
+    given=(
+        Given("js_mode", "js_mode", choices=e.WheelMode, minimum=0, maximum=65535),
+        Given(
+            "js_max_vel",
+            "js_max_vel",
+            quantity="velocity",
+            ways=(("js_max_vel_mm_per_s", "mm/s", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given(
+            "js_accn",
+            "js_accn",
+            quantity="acceleration",
+            ways=(("js_accn_mm_per_s2", "mm/s^2", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given("dir_sense", "dir_sense", choices=e.WheelDirection, minimum=0, maximum=65535),
+        Given(
+            "preset_pos1",
+            "preset_pos1",
+            quantity="position",
+            ways=(("preset_pos1_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+        Given(
+            "preset_pos2",
+            "preset_pos2",
+            quantity="position",
+            ways=(("preset_pos2_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+        Given(
+            "disp_brightness",
+            "disp_brightness",
+            quantity="percent",
+            ways=(("disp_brightness_percent", "percent", None),),
+            minimum=0,
+            maximum=100,
+        ),
+        Given(
+            "disp_timeout",
+            "disp_timeout",
+            quantity="minutes",
+            ways=(("disp_timeout_min", "min", None),),
+            minimum=0,
+            maximum=480,
+        ),
+        Given("disp_dim_level", "disp_dim_level", minimum=0, maximum=10),
+        Given(
+            "preset_pos3",
+            "preset_pos3",
+            quantity="position",
+            ways=(("preset_pos3_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+        Given("js_sensitivity", "js_sensitivity", minimum=0, maximum=65535),
+    ),
+    others=((m.MotGetKcubeMmiParamsShort, m.MotSetKcubeMmiParamsShort),),
+)
+
+KCUBE_TRIG_IO_CONFIG = ParameterSet(
+    "kcube_trig_io_config",
+    values=v.KcubeTrigIoConfig,
+    set=m.MotSetKcubeTrigIoConfig,
+    req=m.MotReqKcubeTrigIoConfig,
+    get=m.MotGetKcubeTrigIoConfig,
+    given=(
+        Given(
+            "trig1_mode",
+            "trig1_mode",
+            choices=e.TriggerPortMode,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trig1_polarity",
+            "trig1_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trig2_mode",
+            "trig2_mode",
+            choices=e.TriggerPortMode,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trig2_polarity",
+            "trig2_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    others=((m.MotGetKcubeTrigIoConfigShort, m.MotSetKcubeTrigIoConfigShort),),
+)
+
+KCUBE_POS_TRIG_PARAMS = ParameterSet(
+    "kcube_pos_trig_params",
+    values=v.KcubePosTrigParams,
+    set=m.MotSetKcubePosTrigParams,
+    req=m.MotReqKcubePosTrigParams,
+    get=m.MotGetKcubePosTrigParams,
+    given=(
+        Given(
+            "start_pos_fwd",
+            "start_pos_fwd",
+            quantity="position",
+            ways=(("start_pos_fwd_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given(
+            "interval_fwd",
+            "interval_fwd",
+            quantity="position",
+            ways=(("interval_fwd_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given("num_pulses_fwd", "num_pulses_fwd", minimum=-2147483648, maximum=2147483647),
+        Given(
+            "start_pos_rev",
+            "start_pos_rev",
+            quantity="position",
+            ways=(("start_pos_rev_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given(
+            "interval_rev",
+            "interval_rev",
+            quantity="position",
+            ways=(("interval_rev_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given("num_pulses_rev", "num_pulses_rev", minimum=-2147483648, maximum=2147483647),
+        Given(
+            "pulse_width",
+            "pulse_width",
+            quantity="microseconds",
+            ways=(("pulse_width_us", "us", None),),
+            minimum=1,
+            maximum=1000000,
+        ),
+        Given("num_cycles", "num_cycles", minimum=-2147483648, maximum=2147483647),
+    ),
+    others=((m.MotGetKcubePosTrigParamsShort, m.MotSetKcubePosTrigParamsShort),),
+)
+
+KCUBE_KST_LOOP_PARAMS = ParameterSet(
+    "kcube_kst_loop_params",
+    values=v.KcubeKstLoopParams,
+    set=m.MotSetKcubeKstLoopParams,
+    req=m.MotReqKcubeKstLoopParams,
+    get=m.MotGetKcubeKstLoopParams,
+    given=(
+        Given("loop_mode", "loop_mode", choices=e.LoopMode, minimum=0, maximum=65535),
+        Given("prop", "prop", minimum=0, maximum=16777216),
+        Given("integral", "integral", minimum=0, maximum=16777216),
+        Given("diff", "diff", minimum=0, maximum=16777216),
+        Given("pid_clip", "pid_clip", minimum=0, maximum=16777216),
+        Given("pid_tol", "pid_tol", minimum=-2147483648, maximum=2147483647),
+        Given("encoder_const", "encoder_const", minimum=0, maximum=4294967295),
+    ),
+)
+
+LCD_DISPLAY_PARAMS = ParameterSet(
+    "lcd_display_params",
+    values=v.LcdDisplayParams,
+    set=m.MotSetLcdDisplayParams,
+    req=m.MotReqLcdDisplayParams,
+    get=m.MotGetLcdDisplayParams,
+    given=(
+        Given("js_sensitivity", "js_sensitivity", minimum=-32768, maximum=32767),
+        Given(
+            "disp_brightness",
+            "disp_brightness",
+            quantity="percent",
+            ways=(("disp_brightness_percent", "percent", None),),
+            minimum=0,
+            maximum=100,
+        ),
+        Given(
+            "disp_time_out",
+            "disp_time_out",
+            quantity="minutes",
+            ways=(("disp_time_out_min", "min", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "disp_dim_level",
+            "disp_dim_level",
+            quantity="percent",
+            ways=(("disp_dim_level_percent", "percent", None),),
+            minimum=0,
+            maximum=100,
+        ),
+    ),
+)
+
+LCD_MOVE_PARAMS = ParameterSet(
+    "lcd_move_params",
+    values=v.LcdMoveParams,
+    set=m.MotSetLcdMoveParams,
+    req=m.MotReqLcdMoveParams,
+    get=m.MotGetLcdMoveParams,
+    given=(
+        Given("channel", "channel", choices=e.MotorChannel, minimum=0, maximum=65535),
+        Given("js_mode", "js_mode", choices=e.KnobMode, open=True, minimum=0, maximum=65535),
+        Given(
+            "jog_step_size",
+            "jog_step_size",
+            quantity="position",
+            ways=(("jog_step_size_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given(
+            "accn",
+            "accn",
+            quantity="acceleration",
+            ways=(("accn_mm_per_s2", "mm/s^2", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given(
+            "max_vel",
+            "max_vel",
+            quantity="velocity",
+            ways=(("max_vel_mm_per_s", "mm/s", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given("jog_stop_mode", "jog_stop_mode", choices=e.StopMode, minimum=0, maximum=65535),
+        Given(
+            "preset_pos",
+            "preset_pos",
+            quantity="position",
+            ways=(("preset_pos_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+        Given(
+            "preset_pos2",
+            "preset_pos2",
+            quantity="position",
+            ways=(("preset_pos2_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+        Given(
+            "preset_pos3",
+            "preset_pos3",
+            quantity="position",
+            ways=(("preset_pos3_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+    ),
+    others=((m.MotGetLcdMoveParamsShort, m.MotSetLcdMoveParamsShort),),
+)
+
+MOVE_SYNCH_PARAMS = Command(
+    "move_synch_params",
+    message=m.MotSetMoveSynchParams,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("cycle_start_ix", "cycle_start_ix", minimum=0, maximum=65535),
+        Given("cycle_end_ix", "cycle_end_ix", minimum=0, maximum=65535),
+        Given("num_cycles", "num_cycles", minimum=0, maximum=65535),
+        Given("end_ix", "end_ix", minimum=0, maximum=60000),
+        Given("deceleration", "deceleration", minimum=-2147483648, maximum=2147483647),
+    ),
+)
+
+RASTER_MOVE_PARAMS = ParameterSet(
+    "raster_move_params",
+    values=v.RasterMoveParams,
+    set=m.MotSetRasterMoveParams,
+    req=m.MotReqRasterMoveParams,
+    get=m.MotGetRasterMoveParams,
+    given=(
+        Given("scan_pattern", "scan_pattern", choices=e.ScanPattern, minimum=0, maximum=65535),
+        Given(
+            "trigger_source",
+            "trigger_source",
+            choices=e.TriggerSource,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trigger_mode",
+            "trigger_mode",
+            choices=e.RasterTriggerMode,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trigger_polarity",
+            "trigger_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "start_pos_x",
+            "start_pos_x",
+            quantity="position",
+            ways=(("start_pos_x_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+        Given(
+            "rel_distance_x",
+            "rel_distance_x",
+            quantity="position",
+            ways=(("rel_distance_x_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="relative",
+        ),
+        Given("num_cycles_x", "num_cycles_x", minimum=-2147483648, maximum=2147483647),
+        Given(
+            "dwell_time_x",
+            "dwell_time_x",
+            quantity="milliseconds",
+            ways=(("dwell_time_x_ms", "ms", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "start_pos_y",
+            "start_pos_y",
+            quantity="position",
+            ways=(("start_pos_y_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+        Given(
+            "rel_distance_y",
+            "rel_distance_y",
+            quantity="position",
+            ways=(("rel_distance_y_mm", "mm", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="relative",
+        ),
+        Given("num_cycles_y", "num_cycles_y", minimum=-2147483648, maximum=2147483647),
+        Given(
+            "dwell_time_y",
+            "dwell_time_y",
+            quantity="milliseconds",
+            ways=(("dwell_time_y_ms", "ms", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+)
+
 SOL_OPERATING_MODE = ParameterSet(
     "sol_operating_mode",
     values=v.SolOperatingMode,
@@ -761,6 +1456,7 @@ SOL_CYCLE_PARAMS = ParameterSet(
             ways=(("on_time_ms", "ms", None),),
             minimum=400,
             maximum=40000000,
+            ranges={"KSC101": (100, 10000000)},
         ),
         Given(
             "off_time",
@@ -769,6 +1465,7 @@ SOL_CYCLE_PARAMS = ParameterSet(
             ways=(("off_time_ms", "ms", None),),
             minimum=400,
             maximum=40000000,
+            ranges={"KSC101": (100, 10000000)},
         ),
         Given("num_cycles", "num_cycles", minimum=0, maximum=1000000),
     ),
@@ -1100,6 +1797,71 @@ TSG_READING = ParameterSet(
     get=m.PzGetTsgReading,
 )
 
+MFF_OPER_PARAMS = ParameterSet(
+    "mff_oper_params",
+    values=v.MffOperParams,
+    set=m.MotSetMffOperParams,
+    req=m.MotReqMffOperParams,
+    get=m.MotGetMffOperParams,
+    given=(
+        Given(
+            "transit_time",
+            "transit_time",
+            quantity="milliseconds",
+            ways=(("transit_time_ms", "ms", None),),
+            minimum=300,
+            maximum=2800,
+        ),
+        Given("transit_time_adc", "transit_time_adc", minimum=-2147483648, maximum=2147483647),
+        Given(
+            "dig_io1_oper_mode",
+            "dig_io1_oper_mode",
+            choices=e.FlipperIoMode,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "dig_io1_sig_mode",
+            "dig_io1_sig_mode",
+            choices=e.FlipperSignalMode,
+            modifiers=0x44,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "dig_io1_pulse_width",
+            "dig_io1_pulse_width",
+            quantity="milliseconds",
+            ways=(("dig_io1_pulse_width_ms", "ms", None),),
+            minimum=10,
+            maximum=200,
+        ),
+        Given(
+            "dig_io2_oper_mode",
+            "dig_io2_oper_mode",
+            choices=e.FlipperIoMode,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "dig_io2_sig_mode",
+            "dig_io2_sig_mode",
+            choices=e.FlipperSignalMode,
+            modifiers=0x44,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "dig_io2_pulse_width",
+            "dig_io2_pulse_width",
+            quantity="milliseconds",
+            ways=(("dig_io2_pulse_width_ms", "ms", None),),
+            minimum=10,
+            maximum=200,
+        ),
+    ),
+)
+
 STOP = Action(
     "stop",
     message=m.MotMoveStop,
@@ -1128,6 +1890,10 @@ START_UPDATES = Command(
 STOP_UPDATES = Command("stop_updates", message=m.HwStopUpdateMsgs)
 
 IDENTIFY = Command("identify", message=m.ModIdentify)
+
+YES_FLASH_PROGRAMMING = Command("yes_flash_programming", message=m.HwYesFlashProgramming)
+
+NO_FLASH_PROGRAMMING = Command("no_flash_programming", message=m.HwNoFlashProgramming)
 
 HOME = Action(
     "home",
@@ -1255,7 +2021,9 @@ MOVE_ABSOLUTE_STORED = Action(
 MOVE_VELOCITY = Action(
     "move_velocity",
     message=m.MotMoveVelocity,
-    given=(Given("direction", "direction", choices=e.MoveDirection, minimum=0, maximum=255),),
+    given=(
+        Given("direction", "direction", choices=e.MoveDirection, open=True, minimum=0, maximum=255),
+    ),
     ends=Ends(
         (
             m.MotMoveCompletedDc,
@@ -1329,6 +2097,99 @@ RESUME_END_OF_MOVE_MSGS = Command(
 )
 
 ACK_DC_STATUS_UPDATE = Command("ack_dc_status_update", message=m.MotAckDcStatusUpdate)
+
+SET_MOVE_SYNCH_ARRAY = Command(
+    "set_move_synch_array",
+    message=m.MotSetMoveSynchArray,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("channels", "channels", choices=f.SynchronizedChannels, minimum=0, maximum=7),
+        Given("num_points", "num_points", minimum=0, maximum=256),
+        Given("start_ix", "start_ix", minimum=0, maximum=65535),
+        Given("time_pos", "time_pos"),
+    ),
+)
+
+MOVE_SYNCH_START = Command(
+    "move_synch_start",
+    message=m.MotMoveSynchStart,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("channels", "channels", choices=f.SynchronizedChannels, minimum=0, maximum=65535),
+        Given(
+            "trigger",
+            "trigger",
+            choices=e.SynchronizedTrigger,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    halted_by=STOP,
+)
+
+SET_MOVE_SYNCH_ARRAY_0A00 = Command(
+    "set_move_synch_array_0a00",
+    message=m.MotSetMoveSynchArray0a00,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("channels", "channels", choices=f.SynchronizedChannels, minimum=0, maximum=7),
+        Given("num_points", "num_points", minimum=0, maximum=256),
+        Given("start_ix", "start_ix", minimum=0, maximum=65535),
+        Given("time_pos", "time_pos"),
+    ),
+)
+
+SET_MOVE_SYNCH_PARAMS_0A03 = Command(
+    "set_move_synch_params_0a03",
+    message=m.MotSetMoveSynchParams0a03,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("cycle_start_ix", "cycle_start_ix", minimum=0, maximum=65535),
+        Given("cycle_end_ix", "cycle_end_ix", minimum=0, maximum=65535),
+        Given("num_cycles", "num_cycles", minimum=0, maximum=65535),
+        Given("end_ix", "end_ix", minimum=0, maximum=60000),
+        Given("deceleration", "deceleration", minimum=-2147483648, maximum=2147483647),
+    ),
+)
+
+SET_MOVE_SYNCH_PARAMS_0A03_SHORT = Command(
+    "set_move_synch_params_0a03_short",
+    message=m.MotSetMoveSynchParams0a03Short,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("cycle_start_ix", "cycle_start_ix", minimum=0, maximum=65535),
+        Given("cycle_end_ix", "cycle_end_ix", minimum=0, maximum=65535),
+        Given("num_cycles", "num_cycles", minimum=0, maximum=65535),
+        Given("end_ix", "end_ix", minimum=0, maximum=60000),
+        Given("deceleration", "deceleration", minimum=-2147483648, maximum=2147483647),
+    ),
+)
+
+MOVE_SYNCH_START_0A06 = Command(
+    "move_synch_start_0a06",
+    message=m.MotMoveSynchStart0a06,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("channels", "channels", choices=f.SynchronizedChannels, minimum=0, maximum=65535),
+        Given(
+            "trigger",
+            "trigger",
+            choices=e.SynchronizedTrigger,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    halted_by=STOP,
+)
+
+MOVE_RASTER = Command(
+    "move_raster",
+    message=m.MotMoveRaster,
+    given=(Given("command", "command", choices=e.RasterCommand, minimum=0, maximum=255),),
+    halted_by=STOP,
+)
 
 SET_ZERO = Command("set_zero", message=m.PzSetZero)
 

@@ -1,4 +1,4 @@
-"""Piezo control messages (document page 93).
+"""Piezo control messages (Issue 3, page 93).
 
 Output voltage and position, feedback loop, waveform table, settings and status of the piezo
 controllers. The TSG001 strain gauge reader is one of them.
@@ -73,6 +73,7 @@ __all__ = [
     "PzSetZero",
     "PzStartLutOutput",
     "PzStopLutOutput",
+    "RestoreFactorySettings",
 ]
 
 
@@ -84,7 +85,7 @@ class PzSetPosControlMode(FramedMessage):
 
     Open or closed loop. Closed loop needs an actuator with position sensing.
 
-    ``PZ_SET_POSCONTROLMODE`` (0x0640), to the controller, header only; page 94.
+    ``PZ_SET_POSCONTROLMODE`` (0x0640), to the controller, header only; Issue 3, page 94.
 
     The actuator moves when the loop is closed or opened.
 
@@ -149,8 +150,8 @@ _PZ_REQ_POS_CONTROL_MODE = Struct("<HBBBB")
 class PzReqPosControlMode(FramedMessage):
     """Requests the position control mode.
 
-    ``PZ_REQ_POSCONTROLMODE`` (0x0641), to the controller, header only; page 94. Answered by
-    ``PZ_GET_POSCONTROLMODE``.
+    ``PZ_REQ_POSCONTROLMODE`` (0x0641), to the controller, header only; Issue 3, page 94. Answered
+    by ``PZ_GET_POSCONTROLMODE``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
@@ -216,7 +217,7 @@ class PzGetPosControlMode(FramedMessage):
 
     Open or closed loop. Closed loop needs an actuator with position sensing.
 
-    ``PZ_GET_POSCONTROLMODE`` (0x0642), to the host, header only; pages 94, 95.
+    ``PZ_GET_POSCONTROLMODE`` (0x0642), to the host, header only; Issue 3, pages 94, 95.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param mode: :class:`~.PositionControlMode`; from 0 to 255.
@@ -281,7 +282,7 @@ class PzSetOutputVolts(FramedMessage):
 
     Output voltage of a channel in open loop; ignored when set in closed loop.
 
-    ``PZ_SET_OUTPUTVOLTS`` (0x0643), to the controller, 4 bytes of data; page 96.
+    ``PZ_SET_OUTPUTVOLTS`` (0x0643), to the controller, 4 bytes of data; Issue 3, page 96.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param voltage: Share of the maximum output voltage setting; 32767 is 100 %; in counts; scale to
@@ -355,7 +356,7 @@ _PZ_REQ_OUTPUT_VOLTS = Struct("<HBBBB")
 class PzReqOutputVolts(FramedMessage):
     """Requests the output voltage.
 
-    ``PZ_REQ_OUTPUTVOLTS`` (0x0644), to the controller, header only; page 96. Answered by
+    ``PZ_REQ_OUTPUTVOLTS`` (0x0644), to the controller, header only; Issue 3, page 96. Answered by
     ``PZ_GET_OUTPUTVOLTS``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
@@ -422,7 +423,7 @@ class PzGetOutputVolts(FramedMessage):
 
     Output voltage of a channel in open loop; ignored when set in closed loop.
 
-    ``PZ_GET_OUTPUTVOLTS`` (0x0645), to the host, 4 bytes of data; page 96.
+    ``PZ_GET_OUTPUTVOLTS`` (0x0645), to the host, 4 bytes of data; Issue 3, page 96.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param voltage: Share of the maximum output voltage setting; 32767 is 100 %; in counts; scale to
@@ -496,7 +497,7 @@ class PzSetOutputPos(FramedMessage):
     Position of the actuator in closed loop, counted from the zero set by PZ_SET_ZERO; ignored when
     set in open loop.
 
-    ``PZ_SET_OUTPUTPOS`` (0x0646), to the controller, 4 bytes of data; page 97.
+    ``PZ_SET_OUTPUTPOS`` (0x0646), to the controller, 4 bytes of data; Issue 3, page 97.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param position_sw: Share of the maximum travel; 32767 is 100 %; in counts; scale to um depends
@@ -569,7 +570,7 @@ _PZ_REQ_OUTPUT_POS = Struct("<HBBBB")
 class PzReqOutputPos(FramedMessage):
     """Requests the output position.
 
-    ``PZ_REQ_OUTPUTPOS`` (0x0647), to the controller, header only; page 97. Answered by
+    ``PZ_REQ_OUTPUTPOS`` (0x0647), to the controller, header only; Issue 3, page 97. Answered by
     ``PZ_GET_OUTPUTPOS``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
@@ -637,7 +638,7 @@ class PzGetOutputPos(FramedMessage):
     Position of the actuator in closed loop, counted from the zero set by PZ_SET_ZERO; ignored when
     set in open loop.
 
-    ``PZ_GET_OUTPUTPOS`` (0x0648), to the host, 4 bytes of data; page 97.
+    ``PZ_GET_OUTPUTPOS`` (0x0648), to the host, 4 bytes of data; Issue 3, page 97.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param position_sw: Share of the maximum travel; 32767 is 100 %; in counts; scale to um depends
@@ -708,7 +709,7 @@ _PZ_REQ_MAX_TRAVEL = Struct("<HBBBB")
 class PzReqMaxTravel(FramedMessage):
     """Requests the maximum travel.
 
-    ``PZ_REQ_MAXTRAVEL`` (0x0650), to the controller, header only; page 118. Answered by
+    ``PZ_REQ_MAXTRAVEL`` (0x0650), to the controller, header only; Issue 3, page 118. Answered by
     ``PZ_GET_MAXTRAVEL``.
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
@@ -777,7 +778,7 @@ class PzGetMaxTravel(FramedMessage):
 
     Travel of the connected actuator, if it has position sensing; read from the actuator itself.
 
-    ``PZ_GET_MAXTRAVEL`` (0x0651), to the host, 4 bytes of data; page 118.
+    ``PZ_GET_MAXTRAVEL`` (0x0651), to the host, 4 bytes of data; Issue 3, page 118.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param travel: in steps of 100 nm; no format is printed; in counts of 1/10 um; from 0 to 65535.
@@ -856,7 +857,7 @@ class PzSetInputVoltsSrc(FramedMessage):
 
     Inputs that drive the high-voltage amplifier in addition to the voltage set by software.
 
-    ``PZ_SET_INPUTVOLTSSRC`` (0x0652), to the controller, 4 bytes of data; page 98.
+    ``PZ_SET_INPUTVOLTSSRC`` (0x0652), to the controller, 4 bytes of data; Issue 3, page 98.
 
     Setting them immediately changes the voltage by the signal at the selected inputs.
 
@@ -934,7 +935,7 @@ _PZ_REQ_INPUT_VOLTS_SRC = Struct("<HBBBB")
 class PzReqInputVoltsSrc(FramedMessage):
     """Requests the input voltage sources.
 
-    ``PZ_REQ_INPUTVOLTSSRC`` (0x0653), to the controller, header only; page 98. Answered by
+    ``PZ_REQ_INPUTVOLTSSRC`` (0x0653), to the controller, header only; Issue 3, page 98. Answered by
     ``PZ_GET_INPUTVOLTSSRC``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
@@ -1001,7 +1002,7 @@ class PzGetInputVoltsSrc(FramedMessage):
 
     Inputs that drive the high-voltage amplifier in addition to the voltage set by software.
 
-    ``PZ_GET_INPUTVOLTSSRC`` (0x0654), to the host, 4 bytes of data; pages 98, 99.
+    ``PZ_GET_INPUTVOLTSSRC`` (0x0654), to the host, 4 bytes of data; Issue 3, pages 98, 99.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`;
@@ -1079,7 +1080,7 @@ class PzSetPiConsts(FramedMessage):
 
     Proportional and integral term of the position loop; they only apply in closed loop.
 
-    ``PZ_SET_PICONSTS`` (0x0655), to the controller, 6 bytes of data; page 100.
+    ``PZ_SET_PICONSTS`` (0x0655), to the controller, 6 bytes of data; Issue 3, page 100.
 
     Setting them starts no move; a closed loop uses the new values immediately.
 
@@ -1157,7 +1158,7 @@ _PZ_REQ_PI_CONSTS = Struct("<HBBBB")
 class PzReqPiConsts(FramedMessage):
     """Requests the position loop constants.
 
-    ``PZ_REQ_PICONSTS`` (0x0656), to the controller, header only; page 100. Answered by
+    ``PZ_REQ_PICONSTS`` (0x0656), to the controller, header only; Issue 3, page 100. Answered by
     ``PZ_GET_PICONSTS``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
@@ -1224,7 +1225,7 @@ class PzGetPiConsts(FramedMessage):
 
     Proportional and integral term of the position loop; they only apply in closed loop.
 
-    ``PZ_GET_PICONSTS`` (0x0657), to the host, 6 bytes of data; page 100.
+    ``PZ_GET_PICONSTS`` (0x0657), to the host, 6 bytes of data; Issue 3, page 100.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param prop_const: proportional term; from 0 to 255.
@@ -1298,7 +1299,7 @@ _PZ_SET_ZERO = Struct("<HBBBB")
 
 
 class PzSetZero(FramedMessage):
-    """``PZ_SET_ZERO`` (0x0658), to the controller, header only; page 117.
+    """``PZ_SET_ZERO`` (0x0658), to the controller, header only; Issue 3, page 117.
 
     Applies zero volts to the actuator and uses the position read there as zero from then on; part
     of setting up the actuator.
@@ -1365,7 +1366,7 @@ _PZ_REQ_PZ_STATUS_BITS = Struct("<HBBBB")
 class PzReqPzStatusBits(FramedMessage):
     """Requests the piezo status bits.
 
-    ``PZ_REQ_PZSTATUSBITS`` (0x065B), to the controller, header only; page 101. Answered by
+    ``PZ_REQ_PZSTATUSBITS`` (0x065B), to the controller, header only; Issue 3, page 101. Answered by
     ``PZ_GET_PZSTATUSBITS``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
@@ -1437,7 +1438,7 @@ class PzGetPzStatusBits(FramedMessage):
 
     Status bits of a channel, without voltage and position.
 
-    ``PZ_GET_PZSTATUSBITS`` (0x065C), to the host, 6 bytes of data; page 101.
+    ``PZ_GET_PZSTATUSBITS`` (0x065C), to the host, 6 bytes of data; Issue 3, page 101.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param status_bits: The meaning depends on the controller; tables are printed for the TPZ001 and
@@ -1523,7 +1524,7 @@ class PzGetPzStatusUpdate(FramedMessage):
 
     No message that requests it is documented.
 
-    ``PZ_GET_PZSTATUSUPDATE`` (0x0661), to the host, 10 bytes of data; page 103.
+    ``PZ_GET_PZSTATUSUPDATE`` (0x0661), to the host, 10 bytes of data; Issue 3, page 103.
 
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
         65535.
@@ -1629,7 +1630,7 @@ class PzAckPzStatusUpdate(FramedMessage):
     USB only. Send it at least once a second, or the controller stops sending after about 50 status
     messages. It has no answer.
 
-    ``PZ_ACK_PZSTATUSUPDATE`` (0x0662), to the controller, header only; page 105.
+    ``PZ_ACK_PZSTATUSUPDATE`` (0x0662), to the controller, header only; Issue 3, page 105.
 
     Erratum ``apt-ack-fifty``: printed stops responding after ~50 commands; encoded stops sending
         status messages after 50 of them.
@@ -1700,7 +1701,7 @@ class PzSetIoSettings(FramedMessage):
 
     Current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
 
-    ``PZ_SET_IOSETTINGS`` (0x0670), to the controller, 10 bytes of data; page 119.
+    ``PZ_SET_IOSETTINGS`` (0x0670), to the controller, 10 bytes of data; Issue 3, page 119.
 
     Setting them changes the output of the amplifier and of the BNC connectors.
 
@@ -1838,8 +1839,8 @@ _PZ_REQ_IO_SETTINGS = Struct("<HBBBB")
 class PzReqIoSettings(FramedMessage):
     """Requests the input and output settings.
 
-    ``PZ_REQ_IOSETTINGS`` (0x0671), to the controller, header only; pages 119, 120. Answered by
-    ``PZ_GET_IOSETTINGS``.
+    ``PZ_REQ_IOSETTINGS`` (0x0671), to the controller, header only; Issue 3, pages 119, 120.
+    Answered by ``PZ_GET_IOSETTINGS``.
 
     :param chan_ident: this byte is lost in the scan of the table; :class:`~.Channel`; from 0 to
         255.
@@ -1906,7 +1907,7 @@ class PzGetIoSettings(FramedMessage):
 
     Current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
 
-    ``PZ_GET_IOSETTINGS`` (0x0672), to the host, 10 bytes of data; pages 119, 120.
+    ``PZ_GET_IOSETTINGS`` (0x0672), to the host, 10 bytes of data; Issue 3, pages 119, 120.
 
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
         65535.
@@ -2041,8 +2042,8 @@ class PzSetOutputMaxVolts(FramedMessage):
     Maximum output voltage, which must suit the actuator (75, 100 or 150 V). After a set, the
     controller reports the new maximum voltage and the new maximum travel unsolicited.
 
-    ``PZ_SET_OUTPUTMAXVOLTS`` (0x0680), to the controller, 6 bytes of data; page 121. Announces
-    ``PZ_GET_OUTPUTMAXVOLTS``, ``PZ_GET_MAXTRAVEL``.
+    ``PZ_SET_OUTPUTMAXVOLTS`` (0x0680), to the controller, 6 bytes of data; Issue 3, page 121.
+    Announces ``PZ_GET_OUTPUTMAXVOLTS``, ``PZ_GET_MAXTRAVEL``.
 
     Voltages are shares of it, so setting it may change the output. Too high a value may damage the
     actuator.
@@ -2133,8 +2134,8 @@ _PZ_REQ_OUTPUT_MAX_VOLTS = Struct("<HBBBB")
 class PzReqOutputMaxVolts(FramedMessage):
     """Requests the maximum output voltage.
 
-    ``PZ_REQ_OUTPUTMAXVOLTS`` (0x0681), to the controller, header only; page 121. Answered by
-    ``PZ_GET_OUTPUTMAXVOLTS``.
+    ``PZ_REQ_OUTPUTMAXVOLTS`` (0x0681), to the controller, header only; Issue 3, page 121. Answered
+    by ``PZ_GET_OUTPUTMAXVOLTS``.
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
@@ -2203,7 +2204,7 @@ class PzGetOutputMaxVolts(FramedMessage):
     Maximum output voltage, which must suit the actuator (75, 100 or 150 V). After a set, the
     controller reports the new maximum voltage and the new maximum travel unsolicited.
 
-    ``PZ_GET_OUTPUTMAXVOLTS`` (0x0682), to the host, 6 bytes of data; pages 121, 122.
+    ``PZ_GET_OUTPUTMAXVOLTS`` (0x0682), to the host, 6 bytes of data; Issue 3, pages 121, 122.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); in counts of 1/10
@@ -2297,7 +2298,7 @@ class PzSetTpzSlewRates(FramedMessage):
     Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
     provide their own, so normally no setting is needed.
 
-    ``PZ_SET_TPZ_SLEWRATES`` (0x0683), to the controller, 6 bytes of data; page 123.
+    ``PZ_SET_TPZ_SLEWRATES`` (0x0683), to the controller, 6 bytes of data; Issue 3, page 123.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param slew_open: open loop; 0 for no limit, 1 is the slowest; in counts; scale to V/ms depends
@@ -2381,8 +2382,8 @@ _PZ_REQ_TPZ_SLEW_RATES = Struct("<HBBBB")
 class PzReqTpzSlewRates(FramedMessage):
     """Requests the slew rates.
 
-    ``PZ_REQ_TPZ_SLEWRATES`` (0x0684), to the controller, header only; pages 123, 124. Answered by
-    ``PZ_GET_TPZ_SLEWRATES``.
+    ``PZ_REQ_TPZ_SLEWRATES`` (0x0684), to the controller, header only; Issue 3, pages 123, 124.
+    Answered by ``PZ_GET_TPZ_SLEWRATES``.
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
@@ -2451,7 +2452,7 @@ class PzGetTpzSlewRates(FramedMessage):
     Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
     provide their own, so normally no setting is needed.
 
-    ``PZ_GET_TPZ_SLEWRATES`` (0x0685), to the host, 6 bytes of data; pages 123, 124.
+    ``PZ_GET_TPZ_SLEWRATES`` (0x0685), to the host, 6 bytes of data; Issue 3, pages 123, 124.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param slew_open: open loop; 0 for no limit, 1 is the slowest; in counts; scale to V/ms depends
@@ -2529,9 +2530,13 @@ _MOT_SET_PZ_STAGE_PARAM_DEFAULTS = Struct("<HBBBB")
 class MotSetPzStageParamDefaults(FramedMessage):
     """Resets the parameters to the defaults in the EEPROM, for a system that has become unstable.
 
-    ``MOT_SET_PZSTAGEPARAMDEFAULTS`` (0x0686), to the controller, header only; page 125.
+    ``MOT_SET_PZSTAGEPARAMDEFAULTS`` (0x0686), to the controller, header only; Issue 3, page 125.
 
     The document does not say which parameters it restores; those of the output may be among them.
+
+    Also named ``RESTOREFACTORYSETTINGS``.
+
+    Also described in Issue 37, page 60.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
@@ -2607,7 +2612,7 @@ class PzSetOutputLut(FramedMessage):
     open loop and positions in closed loop; on units with PZ_SET_LUTVALUETYPE, that message selects
     the type before they are loaded. A request names the channel but no index.
 
-    ``PZ_SET_OUTPUTLUT`` (0x0700), to the controller, 6 bytes of data; page 106.
+    ``PZ_SET_OUTPUTLUT`` (0x0700), to the controller, 6 bytes of data; Issue 3, page 106.
 
     Setting a sample does not output anything; a waveform that is being output may use the new
     sample.
@@ -2694,8 +2699,8 @@ _PZ_REQ_OUTPUT_LUT = Struct("<HBBBB")
 class PzReqOutputLut(FramedMessage):
     """Requests the waveform table.
 
-    ``PZ_REQ_OUTPUTLUT`` (0x0701), to the controller, header only; pages 106, 107. Answered by
-    ``PZ_GET_OUTPUTLUT``.
+    ``PZ_REQ_OUTPUTLUT`` (0x0701), to the controller, header only; Issue 3, pages 106, 107. Answered
+    by ``PZ_GET_OUTPUTLUT``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
@@ -2763,7 +2768,7 @@ class PzGetOutputLut(FramedMessage):
     open loop and positions in closed loop; on units with PZ_SET_LUTVALUETYPE, that message selects
     the type before they are loaded. A request names the channel but no index.
 
-    ``PZ_GET_OUTPUTLUT`` (0x0702), to the host, 6 bytes of data; pages 106, 107.
+    ``PZ_GET_OUTPUTLUT`` (0x0702), to the host, 6 bytes of data; Issue 3, pages 106, 107.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
@@ -2842,7 +2847,7 @@ class PzSetOutputLutParams(FramedMessage):
 
     Settings with which PZ_START_LUTOUTPUT outputs the waveform table.
 
-    ``PZ_SET_OUTPUTLUTPARAMS`` (0x0703), to the controller, 30 bytes of data; page 108.
+    ``PZ_SET_OUTPUTLUTPARAMS`` (0x0703), to the controller, 30 bytes of data; Issue 3, page 108.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param mode: the bits may be combined; :class:`~.LutOutputMode`; from 0 to 65535.
@@ -3063,8 +3068,8 @@ _PZ_REQ_OUTPUT_LUT_PARAMS = Struct("<HBBBB")
 class PzReqOutputLutParams(FramedMessage):
     """Requests the waveform output parameters.
 
-    ``PZ_REQ_OUTPUTLUTPARAMS`` (0x0704), to the controller, header only; pages 108, 111. Answered by
-    ``PZ_GET_OUTPUTLUTPARAMS``.
+    ``PZ_REQ_OUTPUTLUTPARAMS`` (0x0704), to the controller, header only; Issue 3, pages 108, 111.
+    Answered by ``PZ_GET_OUTPUTLUTPARAMS``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
@@ -3130,7 +3135,7 @@ class PzGetOutputLutParams(FramedMessage):
 
     Settings with which PZ_START_LUTOUTPUT outputs the waveform table.
 
-    ``PZ_GET_OUTPUTLUTPARAMS`` (0x0705), to the host, 30 bytes of data; pages 108, 111.
+    ``PZ_GET_OUTPUTLUTPARAMS`` (0x0705), to the host, 30 bytes of data; Issue 3, pages 108, 111.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param mode: the bits may be combined; :class:`~.LutOutputMode`; from 0 to 65535.
@@ -3335,7 +3340,7 @@ _PZ_START_LUT_OUTPUT = Struct("<HBBBB")
 
 
 class PzStartLutOutput(FramedMessage):
-    """``PZ_START_LUTOUTPUT`` (0x0706), to the controller, header only; page 112.
+    """``PZ_START_LUTOUTPUT`` (0x0706), to the controller, header only; Issue 3, page 112.
 
     Starts the output of the waveform table, or arms it if outputlut_inputtrig is set in
     PZ_SET_OUTPUTLUTPARAMS.
@@ -3402,7 +3407,7 @@ _PZ_STOP_LUT_OUTPUT = Struct("<HBBBB")
 class PzStopLutOutput(FramedMessage):
     """Stops the output of the waveform table.
 
-    ``PZ_STOP_LUTOUTPUT`` (0x0707), to the controller, header only; page 112.
+    ``PZ_STOP_LUTOUTPUT`` (0x0707), to the controller, header only; Issue 3, page 112.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
@@ -3469,7 +3474,7 @@ class PzSetLutValueType(FramedMessage):
     Whether the samples of the waveform table are volts or positions. Samples are scaled while they
     are loaded, so set this first, and reload them after a change.
 
-    ``PZ_SET_LUTVALUETYPE`` (0x0708), to the controller, header only; page 126.
+    ``PZ_SET_LUTVALUETYPE`` (0x0708), to the controller, header only; Issue 3, page 126.
 
     :param lut_type: :class:`~.LutValueType`; from 0 to 255.
 
@@ -3538,7 +3543,7 @@ class PzSetEepromParams(FramedMessage):
 
     Saves the present parameters of one message so that they survive a power cycle.
 
-    ``PZ_SET_EEPROMPARAMS`` (0x07D0), to the controller, 4 bytes of data; page 113.
+    ``PZ_SET_EEPROMPARAMS`` (0x07D0), to the controller, 4 bytes of data; Issue 3, page 113.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param msg_id: id of the message whose parameters are saved; from 0 to 65535.
@@ -3610,7 +3615,7 @@ class PzSetTpzDispSettings(FramedMessage):
 
     Brightness of the front display of a TPZ001.
 
-    ``PZ_SET_TPZ_DISPSETTINGS`` (0x07D1), to the controller, 2 bytes of data; page 114.
+    ``PZ_SET_TPZ_DISPSETTINGS`` (0x07D1), to the controller, 2 bytes of data; Issue 3, page 114.
 
     :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
 
@@ -3680,8 +3685,8 @@ _PZ_REQ_TPZ_DISP_SETTINGS = Struct("<HBBBB")
 class PzReqTpzDispSettings(FramedMessage):
     """Requests the display settings.
 
-    ``PZ_REQ_TPZ_DISPSETTINGS`` (0x07D2), to the controller, header only; page 114. Answered by
-    ``PZ_GET_TPZ_DISPSETTINGS``.
+    ``PZ_REQ_TPZ_DISPSETTINGS`` (0x07D2), to the controller, header only; Issue 3, page 114.
+    Answered by ``PZ_GET_TPZ_DISPSETTINGS``.
 
     :param param1: always 0x01.
     """
@@ -3748,7 +3753,7 @@ class PzGetTpzDispSettings(FramedMessage):
 
     Brightness of the front display of a TPZ001.
 
-    ``PZ_GET_TPZ_DISPSETTINGS`` (0x07D3), to the host, 2 bytes of data; page 114.
+    ``PZ_GET_TPZ_DISPSETTINGS`` (0x07D3), to the host, 2 bytes of data; Issue 3, page 114.
 
     :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
     """
@@ -3814,7 +3819,7 @@ class PzSetTpzIoSettings(FramedMessage):
 
     Voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
 
-    ``PZ_SET_TPZ_IOSETTINGS`` (0x07D4), to the controller, 10 bytes of data; page 115.
+    ``PZ_SET_TPZ_IOSETTINGS`` (0x07D4), to the controller, 10 bytes of data; Issue 3, page 115.
 
     Setting them changes the output: they determine the voltage range and the feedback that a closed
     loop follows.
@@ -3934,8 +3939,8 @@ _PZ_REQ_TPZ_IO_SETTINGS = Struct("<HBBBB")
 class PzReqTpzIoSettings(FramedMessage):
     """Requests the input and output settings.
 
-    ``PZ_REQ_TPZ_IOSETTINGS`` (0x07D5), to the controller, header only; pages 115, 116. Answered by
-    ``PZ_GET_TPZ_IOSETTINGS``.
+    ``PZ_REQ_TPZ_IOSETTINGS`` (0x07D5), to the controller, header only; Issue 3, pages 115, 116.
+    Answered by ``PZ_GET_TPZ_IOSETTINGS``.
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
@@ -4003,7 +4008,7 @@ class PzGetTpzIoSettings(FramedMessage):
 
     Voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
 
-    ``PZ_GET_TPZ_IOSETTINGS`` (0x07D6), to the host, 10 bytes of data; pages 115, 116.
+    ``PZ_GET_TPZ_IOSETTINGS`` (0x07D6), to the host, 10 bytes of data; Issue 3, pages 115, 116.
 
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
         65535.
@@ -4119,7 +4124,7 @@ class PzSetTsgIoSettings(FramedMessage):
 
     Feedback path, display and force calibration of a TSG001.
 
-    ``PZ_SET_TSG_IOSETTINGS`` (0x07DA), to the controller, 14 bytes of data; page 127.
+    ``PZ_SET_TSG_IOSETTINGS`` (0x07DA), to the controller, 14 bytes of data; Issue 3, page 127.
 
     Setting them changes the feedback path that the closed loop of a TPZ001 follows.
 
@@ -4262,8 +4267,8 @@ _PZ_REQ_TSG_IO_SETTINGS = Struct("<HBBBB")
 class PzReqTsgIoSettings(FramedMessage):
     """Requests the strain gauge settings.
 
-    ``PZ_REQ_TSG_IOSETTINGS`` (0x07DB), to the controller, header only; pages 127, 128. Answered by
-    ``PZ_GET_TSG_IOSETTINGS``.
+    ``PZ_REQ_TSG_IOSETTINGS`` (0x07DB), to the controller, header only; Issue 3, pages 127, 128.
+    Answered by ``PZ_GET_TSG_IOSETTINGS``.
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
@@ -4331,7 +4336,7 @@ class PzGetTsgIoSettings(FramedMessage):
 
     Feedback path, display and force calibration of a TSG001.
 
-    ``PZ_GET_TSG_IOSETTINGS`` (0x07DC), to the host, 14 bytes of data; pages 127, 128.
+    ``PZ_GET_TSG_IOSETTINGS`` (0x07DC), to the host, 14 bytes of data; Issue 3, pages 127, 128.
 
     :param chan_ident: always CHAN1; :class:`~.Channel`; from 0 to 65535.
     :param hub_analogue_output: path of the feedback signal to a TPZ001;
@@ -4469,7 +4474,7 @@ _PZ_REQ_TSG_READING = Struct("<HBBBB")
 class PzReqTsgReading(FramedMessage):
     """Requests the strain gauge reading.
 
-    ``PZ_REQ_TSG_READING`` (0x07DD), to the controller, header only; page 129. Answered by
+    ``PZ_REQ_TSG_READING`` (0x07DD), to the controller, header only; Issue 3, page 129. Answered by
     ``PZ_GET_TSG_READING``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
@@ -4537,7 +4542,7 @@ class PzGetTsgReading(FramedMessage):
     Reading of the strain gauge, in the unit that the display mode of PZ_SET_TSG_IOSETTINGS selects;
     sampled at 500 Hz.
 
-    ``PZ_GET_TSG_READING`` (0x07DE), to the host, 6 bytes of data; page 129.
+    ``PZ_GET_TSG_READING`` (0x07DE), to the host, 6 bytes of data; Issue 3, page 129.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param reading: Micrometres, volts or newtons. The maximum is printed as 32768. In counts; unit
@@ -4614,3 +4619,6 @@ class PzGetTsgReading(FramedMessage):
             self.reading,
             self.smoothed,
         )
+
+
+RestoreFactorySettings = MotSetPzStageParamDefaults

@@ -1,4 +1,4 @@
-"""Solenoid control messages (document page 84).
+"""Solenoid control messages (Issue 3, page 84).
 
 Messages that only the TSC001 solenoid driver supports; in all other respects it is a motor
 controller.
@@ -42,10 +42,12 @@ class MotSetSolOperatingMode(FramedMessage):
 
     Operating mode of the solenoid driver.
 
-    ``MOT_SET_SOL_OPERATINGMODE`` (0x04C0), to the controller, header only; page 85.
+    ``MOT_SET_SOL_OPERATINGMODE`` (0x04C0), to the controller, header only; Issue 3, page 85.
 
     Setting it transfers control of the solenoid to another source, such as the trigger input, which
     may open it immediately.
+
+    Also described in Issue 37, page 187.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param operating_mode: :class:`~.SolenoidOperatingMode`; from 0 to 255.
@@ -116,8 +118,10 @@ _MOT_REQ_SOL_OPERATING_MODE = Struct("<HBBBB")
 class MotReqSolOperatingMode(FramedMessage):
     """Requests the solenoid operating mode.
 
-    ``MOT_REQ_SOL_OPERATINGMODE`` (0x04C1), to the controller, header only; pages 85, 86. Answered
-    by ``MOT_GET_SOL_OPERATINGMODE``.
+    ``MOT_REQ_SOL_OPERATINGMODE`` (0x04C1), to the controller, header only; Issue 3, pages 85, 86.
+    Answered by ``MOT_GET_SOL_OPERATINGMODE``.
+
+    Also described in Issue 37, page 187.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
@@ -183,7 +187,9 @@ class MotGetSolOperatingMode(FramedMessage):
 
     Operating mode of the solenoid driver.
 
-    ``MOT_GET_SOL_OPERATINGMODE`` (0x04C2), to the host, header only; pages 85, 86.
+    ``MOT_GET_SOL_OPERATINGMODE`` (0x04C2), to the host, header only; Issue 3, pages 85, 86.
+
+    Also described in Issue 37, page 187.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param operating_mode: :class:`~.SolenoidOperatingMode`; from 0 to 255.
@@ -254,15 +260,17 @@ class MotSetSolCycleParams(FramedMessage):
 
     Times and number of cycles for every operating mode except the manual one.
 
-    ``MOT_SET_SOL_CYCLEPARAMS`` (0x04C3), to the controller, 14 bytes of data; page 87.
+    ``MOT_SET_SOL_CYCLEPARAMS`` (0x04C3), to the controller, 14 bytes of data; Issue 3, page 87.
 
     Setting them opens nothing; running cycles may use the new times.
 
+    Also described in Issue 37, page 189.
+
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
-        from 400 to 40000000.
+        from 100 to 40000000.
     :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
-        from 400 to 40000000.
+        from 100 to 40000000.
     :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
         SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
 
@@ -293,10 +301,10 @@ class MotSetSolCycleParams(FramedMessage):
         """
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
-        if on_time.__class__ is not int or not 400 <= on_time <= 40000000:
-            on_time = check_integer(cls.layout, "on_time", on_time, 400, 40000000)
-        if off_time.__class__ is not int or not 400 <= off_time <= 40000000:
-            off_time = check_integer(cls.layout, "off_time", off_time, 400, 40000000)
+        if on_time.__class__ is not int or not 100 <= on_time <= 40000000:
+            on_time = check_integer(cls.layout, "on_time", on_time, 100, 40000000)
+        if off_time.__class__ is not int or not 100 <= off_time <= 40000000:
+            off_time = check_integer(cls.layout, "off_time", off_time, 100, 40000000)
         if num_cycles.__class__ is not int or not 0 <= num_cycles <= 1000000:
             num_cycles = check_integer(cls.layout, "num_cycles", num_cycles, 0, 1000000)
         draft: Self = cls._draft()
@@ -344,8 +352,10 @@ _MOT_REQ_SOL_CYCLE_PARAMS = Struct("<HBBBB")
 class MotReqSolCycleParams(FramedMessage):
     """Requests the solenoid cycle parameters.
 
-    ``MOT_REQ_SOL_CYCLEPARAMS`` (0x04C4), to the controller, header only; pages 87, 88. Answered by
-    ``MOT_GET_SOL_CYCLEPARAMS``.
+    ``MOT_REQ_SOL_CYCLEPARAMS`` (0x04C4), to the controller, header only; Issue 3, pages 87, 88.
+    Answered by ``MOT_GET_SOL_CYCLEPARAMS``.
+
+    Also described in Issue 37, page 189.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
@@ -411,13 +421,15 @@ class MotGetSolCycleParams(FramedMessage):
 
     Times and number of cycles for every operating mode except the manual one.
 
-    ``MOT_GET_SOL_CYCLEPARAMS`` (0x04C5), to the host, 14 bytes of data; pages 87, 88.
+    ``MOT_GET_SOL_CYCLEPARAMS`` (0x04C5), to the host, 14 bytes of data; Issue 3, pages 87, 88.
+
+    Also described in Issue 37, page 189.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
-        from 400 to 40000000.
+        from 100 to 40000000.
     :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
-        from 400 to 40000000.
+        from 100 to 40000000.
     :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
         SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
     """
@@ -445,10 +457,10 @@ class MotGetSolCycleParams(FramedMessage):
         """
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
-        if on_time.__class__ is not int or not 400 <= on_time <= 40000000:
-            on_time = check_integer(cls.layout, "on_time", on_time, 400, 40000000)
-        if off_time.__class__ is not int or not 400 <= off_time <= 40000000:
-            off_time = check_integer(cls.layout, "off_time", off_time, 400, 40000000)
+        if on_time.__class__ is not int or not 100 <= on_time <= 40000000:
+            on_time = check_integer(cls.layout, "on_time", on_time, 100, 40000000)
+        if off_time.__class__ is not int or not 100 <= off_time <= 40000000:
+            off_time = check_integer(cls.layout, "off_time", off_time, 100, 40000000)
         if num_cycles.__class__ is not int or not 0 <= num_cycles <= 1000000:
             num_cycles = check_integer(cls.layout, "num_cycles", num_cycles, 0, 1000000)
         draft: Self = cls._draft()
@@ -498,9 +510,11 @@ class MotSetSolInterlockMode(FramedMessage):
 
     Whether the hardware interlock must be fitted before the driver operates.
 
-    ``MOT_SET_SOL_INTERLOCKMODE`` (0x04C6), to the controller, header only; page 89.
+    ``MOT_SET_SOL_INTERLOCKMODE`` (0x04C6), to the controller, header only; Issue 3, page 89.
 
     SOLENOID_DISABLED removes the protection that prevents the solenoid from opening.
+
+    Also described in Issue 37, page 191.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param interlock_mode: :class:`~.SolenoidInterlockMode`; from 0 to 255.
@@ -571,8 +585,10 @@ _MOT_REQ_SOL_INTERLOCK_MODE = Struct("<HBBBB")
 class MotReqSolInterlockMode(FramedMessage):
     """Requests the solenoid interlock mode.
 
-    ``MOT_REQ_SOL_INTERLOCKMODE`` (0x04C7), to the controller, header only; pages 89, 90. Answered
-    by ``MOT_GET_SOL_INTERLOCKMODE``.
+    ``MOT_REQ_SOL_INTERLOCKMODE`` (0x04C7), to the controller, header only; Issue 3, pages 89, 90.
+    Answered by ``MOT_GET_SOL_INTERLOCKMODE``.
+
+    Also described in Issue 37, page 191.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
@@ -638,7 +654,9 @@ class MotGetSolInterlockMode(FramedMessage):
 
     Whether the hardware interlock must be fitted before the driver operates.
 
-    ``MOT_GET_SOL_INTERLOCKMODE`` (0x04C8), to the host, header only; pages 89, 90.
+    ``MOT_GET_SOL_INTERLOCKMODE`` (0x04C8), to the host, header only; Issue 3, pages 89, 90.
+
+    Also described in Issue 37, page 191.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param interlock_mode: :class:`~.SolenoidInterlockMode`; from 0 to 255.
@@ -709,7 +727,9 @@ class MotSetSolState(FramedMessage):
 
     Output state of the solenoid; setting it overrides the active settings.
 
-    ``MOT_SET_SOL_STATE`` (0x04CB), to the controller, header only; page 91.
+    ``MOT_SET_SOL_STATE`` (0x04CB), to the controller, header only; Issue 3, page 91.
+
+    Also described in Issue 37, page 193.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param state: :class:`~.SolenoidState`; from 0 to 255.
@@ -774,8 +794,10 @@ _MOT_REQ_SOL_STATE = Struct("<HBBBB")
 class MotReqSolState(FramedMessage):
     """Requests the solenoid state.
 
-    ``MOT_REQ_SOL_STATE`` (0x04CC), to the controller, header only; pages 91, 92. Answered by
-    ``MOT_GET_SOL_STATE``.
+    ``MOT_REQ_SOL_STATE`` (0x04CC), to the controller, header only; Issue 3, pages 91, 92. Answered
+    by ``MOT_GET_SOL_STATE``.
+
+    Also described in Issue 37, page 193.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
@@ -841,7 +863,9 @@ class MotGetSolState(FramedMessage):
 
     Output state of the solenoid; setting it overrides the active settings.
 
-    ``MOT_GET_SOL_STATE`` (0x04CD), to the host, header only; pages 91, 92.
+    ``MOT_GET_SOL_STATE`` (0x04CD), to the host, header only; Issue 3, pages 91, 92.
+
+    Also described in Issue 37, page 193.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param state: :class:`~.SolenoidState`; from 0 to 255.

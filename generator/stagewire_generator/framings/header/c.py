@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 from stagewire_generator.framings.header.vectors_frames import sub_message_of
 from stagewire_generator.model import Json, Layout, Message, Protocol
@@ -36,8 +37,7 @@ from stagewire_generator.targets.vectors.subject import Subject
 HEADER_SIZE = 6
 
 
-@dataclass(frozen=True, slots=True)
-class HeaderLayoutView:
+class HeaderLayoutView(NamedTuple):
     """A layout of a message.
 
     :param type: the struct, and the prefix of its functions.
@@ -78,7 +78,9 @@ class ArrayView:
     :param item: type of an integer.
     :param head: the id, and above it the length of the packet without the array.
     :param longest: length of the longest packet.
+    :param count_head: the head of the function that counts the integers.
     :param count: the expression for the number of integers that the struct states.
+    :param size_head: the head of the function that returns the length of the frame.
     :param stated: the expression for the length of the packet that a frame states.
     :param outside: the condition for an integer out of range; empty if the format has no other values.
     :param get: the expression that reads an integer.
@@ -91,15 +93,16 @@ class ArrayView:
     id: str
     head: str
     longest: int
+    count_head: str
     count: str
+    size_head: str
     stated: str
     outside: str
     get: str
     put: str
 
 
-@dataclass(frozen=True, slots=True)
-class HeaderMessageView:
+class HeaderMessageView(NamedTuple):
     """A message: its id and its layouts.
 
     :param doc: the comment of a message without layouts.
@@ -144,14 +147,20 @@ def _aliases(names: Names, message: Message) -> Iterator[str]:
     """Yield the definition of each other name of the message, its types, functions and macros."""
     for alias in message.aliases:
         for part in ("ID", "SUB_MESSAGE") if message.sub_message is not None else ("ID",):
-            yield f"#define {names.macro(alias)}_{part} {names.macro(message.name)}_{part}"
+            yield _define(f"{names.macro(alias)}_{part}", f"{names.macro(message.name)}_{part}")
     for alias, name in c_aliases(message):
         of, to = (f"{names.prefix}_{each}" for each in (alias, name))
         arrays = any(layout.array for layout in message.layouts)
         types = (*_OF_TYPE, *(_OF_ARRAYS if arrays else ()))
         macros = (*_OF_MACRO, *(["_LONGEST"] if arrays else []))
-        yield from (f"#define {of}{part} {to}{part}" for part in types)
-        yield from (f"#define {of.upper()}{part} {to.upper()}{part}" for part in macros)
+        yield from (_define(of + part, to + part) for part in types)
+        yield from (_define(of.upper() + part, to.upper() + part) for part in macros)
+
+
+def _define(name: str, meaning: str) -> str:
+    """Return the definition of a macro, on two lines if it is long."""
+    whole = f"#define {name} {meaning}"
+    return whole if len(whole) <= 100 else f"#define {name} \\\n    {meaning}"
 
 
 def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) -> HeaderLayoutView:
@@ -163,9 +172,10 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
     status, to = f"static inline {prefix}_status", [f"const {type} *message"]
     to += [f"{prefix}_addresses addresses", "uint8_t *out", "size_t cap"]
     size = f"{layout.length} bytes of data" if layout.length else "header only"
+    begun = f"{prefix}_begin_{kind}({head}, addresses, out)"
     if array:
         size = f"{layout.length} to {array.longest} bytes of data"
-        head = f"(uint32_t)({type}_size(message) - {prefix.upper()}_HEADER_SIZE) << 16 | {array.id}"
+        begun = f"{prefix}_begin_array({array.id}, {type}_size(message), addresses, out)"
     checked = f"{prefix}_check_{kind}(frame, size, {head})"
     if value := _sub_message(message):
         checked = call(f"{prefix}_check_sub_message", [checked, "frame", value], "", 8)
@@ -178,12 +188,7 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
         assertion=size_assertion(names, layout, type) if layout.length else "",
         fields=fields,
         written=written(fields, fields[0].offset),
-        framed=call(
-            f"{type}_write_fields",
-            ["message", f"{prefix}_begin_{kind}({head}, addresses, out)"],
-            ";",
-            4,
-        ),
+        framed=call(f"{type}_write_fields", ["message", begun], ";", 4),
         checked=checked,
         initial=definition(f"{type.upper()}_INIT", initialiser(names, fields)),
         refused=tuple(condition for field in fields for condition in field.refused),
@@ -204,7 +209,8 @@ def _array(names: Names, message: Message, layout: Layout) -> ArrayView | None:
     if array is None:
         return None
     field, item, size = layout.fields[-1], array.item, array.item.size
-    type = integer_type(item)
+    type, struct = integer_type(item), names.layout(message, layout)
+    message_of = [f"const {struct} *message"]
     assert message.id is not None
     outside = []
     if field.minimum > item.minimum:
@@ -219,6 +225,8 @@ def _array(names: Names, message: Message, layout: Layout) -> ArrayView | None:
         id=f"0x{message.id:04X}U",
         head=_head(layout, message.id),
         longest=layout.longest,
+        count_head=call(f"static inline size_t {struct}_count", message_of),
+        size_head=call(f"static inline size_t {struct}_size", message_of),
         count=_count(names, layout, {name: f"message->{name}" for name in array.fields}),
         stated=_stated(names, layout),
         outside=" || ".join(outside),
@@ -274,8 +282,7 @@ def _fields(names: Names, layout: Layout) -> tuple[FieldView, ...]:
 _DIRECTIONS = {"to_host": "TO_HOST", "to_controller": "TO_CONTROLLER", "both": "TO_BOTH"}
 
 
-@dataclass(frozen=True, slots=True)
-class HeaderParserView:
+class HeaderParserView(NamedTuple):
     """The table, and the addresses of devices.
 
     :param entries: rows sorted by id, then by length; an id with several lengths has several rows.

@@ -10,7 +10,8 @@ from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.lint.witness.lists import MESSAGE_CHAPTERS
 from stagewire_generator.lint.witness.reading import FILLERS, data_layout, squash
 from stagewire_generator.lint.witness.witness import Witness
-from stagewire_generator.model import Field, Json, Layout, Message, Protocol
+from stagewire_generator.model import Json, Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 

@@ -14,6 +14,7 @@ from stagewire_generator.framings.header.vectors_frames import (
     SIZE,
     addresses,
     data_frame,
+    default_layout,
     header_frame,
     id_of,
     lengths_of,
@@ -23,8 +24,14 @@ from stagewire_generator.framings.header.vectors_frames import (
     unknown_sub_messages,
     with_high_length,
 )
-from stagewire_generator.framings.header.vectors_streams import layout_stream, stream_cases
-from stagewire_generator.model import Field, Format, Json, Layout, Message, Protocol
+from stagewire_generator.framings.header.vectors_streams import (
+    ENDS,
+    HeaderReader,
+    layout_stream,
+    stream_cases,
+)
+from stagewire_generator.model import Json, Layout, Message, Protocol
+from stagewire_generator.model_fields import Field, Format
 from stagewire_generator.targets.vectors.framing import Framing
 from stagewire_generator.targets.vectors.subject import (
     LEFT_OUT,
@@ -131,6 +138,9 @@ def _case(
     return make_case(id, about, {"op": operation, **more}, expected)
 
 
+HIGH = "a length whose high byte is 1, with a packet that fits without it"
+
+
 def array_cases(of: Subject, raw: bytes) -> Iterator[Case]:
     """Yield packets whose length is not the one that their fields state."""
     id, dest, source = id_of(of.message), of.asked["dest"], of.asked["source"]
@@ -156,6 +166,7 @@ def array_cases(of: Subject, raw: bytes) -> Iterator[Case]:
     ):
         frame = wrong if code else data_frame(id, wrong, dest, source)
         yield of.decode(name, about, frame, code or "bad_length")
+    yield of.decode("length.high", HIGH, with_high_length(raw), "truncated")
     far = data_frame(id, packet, dest, source, declared=0xFFFF)
     yield of.decode("length.most", "the greatest length in a header", far, "truncated")
     yield of.encode("extra", "bytes after an array", "bad_value", extra="00")
@@ -270,6 +281,10 @@ _BYTE = Format("byte", 1, False, "integer")
 class HeaderFraming(Framing):
     """A header of six bytes, optionally with a packet."""
 
+    def __init__(self, protocol: Protocol) -> None:
+        super().__init__(protocol)
+        self._readers = {end: HeaderReader(protocol, end) for end in ENDS}
+
     def subject(self, message: Message, layout: Layout) -> Subject:
         """Return a layout as the subject of cases."""
         dest, source = addresses(self.protocol, message)
@@ -303,7 +318,7 @@ class HeaderFraming(Framing):
         about = "an address with the data flag"
         yield of.encode("dest.above", about, "out_of_range", dest=0x80)
         yield from context_cases(self.protocol, of, raw)
-        yield from layout_stream(self.protocol, of, raw)
+        yield from layout_stream(self._readers, of, raw)
 
     def _lengths(self, of: Subject, raw: bytes) -> Iterator[Case]:
         if of.layout.array:
@@ -322,8 +337,7 @@ class HeaderFraming(Framing):
                 ends.add(end)
                 yield of.decode(name, about, raw[:end], "truncated")
         yield of.decode("trailing", "", raw + b"\0", "trailing")
-        about = "a length whose high byte is 1, with a packet that fits without it"
-        yield of.decode("length.high", about, with_high_length(raw), "truncated")
+        yield of.decode("length.high", HIGH, with_high_length(raw), "truncated")
         about = "a packet that is too long"
         extra = "00" * (MOST - of.layout.length + 1)
         yield of.encode("extra.above", about, "out_of_range", extra=extra)
@@ -348,13 +362,13 @@ class HeaderFraming(Framing):
         if not message.documented:
             yield from undocumented_cases(self.protocol, message)
             return
-        of = self.subject(message, message.layouts[0])
+        by_default = default_layout(message)
+        of = self.subject(message, by_default or message.layouts[0])
         raw = self.frame(of, of.plain.held)
         about = "an unknown form"
         yield of.encode("form.unknown", about, "bad_length", form="no_such_form")
         about = "no form"
-        expected = raw if len(message.layouts) == 1 else "bad_length"
-        yield of.encode("form.left_out", about, expected, form=LEFT_OUT)
+        yield of.encode("form.left_out", about, raw if by_default else "bad_length", form=LEFT_OUT)
         dest, source = of.asked["dest"], of.asked["source"]
         if not any(layout.form == "header" for layout in message.layouts):
             value = message.sub_message or 0
@@ -379,7 +393,7 @@ class HeaderFraming(Framing):
         documented = [message for message in self.protocol.messages if message.layouts]
         subjects = [self.subject(m, layout) for m in documented for layout in m.layouts]
         yield from protocol_cases(self, subjects)
-        yield from stream_cases(self, subjects)
+        yield from stream_cases(self, self._readers, subjects)
 
 
 def _fields(layout: Layout) -> tuple[Field, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.targets.vectors.subject import Case, Expected, make_case
 from stagewire_generator.targets.vectors.values import fields_from_bytes, greatest_but
 
@@ -166,6 +166,17 @@ def _case(
 ) -> Case:
     id = f"{message.name}/undocumented/{operation}/{name}"
     return make_case(id, about, {"op": operation, **more}, expected)
+
+
+def default_layout(message: Message) -> Layout | None:
+    """Return the layout of a message without a stated form; None if the form must be stated.
+
+    A message whose packets have several lengths has its plain form, ``data``.
+    """
+    forms = {layout.form: layout for layout in message.layouts}
+    if len(forms) == 1:
+        return message.layouts[0]
+    return None if "header" in forms else forms.get("data")
 
 
 def lengths_of(message: Message) -> set[int]:

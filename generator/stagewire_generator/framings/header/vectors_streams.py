@@ -6,7 +6,7 @@ for it. It examines the header at each position anew, and does not search or rem
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from stagewire_generator.framings.header.vectors_frames import (
@@ -132,8 +132,10 @@ class HeaderReader:
     def _out_of_step(self, rest: bytes) -> tuple[str, int]:
         """Return the kind and the length of the piece at the start, out of step."""
         kind, size = self._by_header(rest)
+        if kind == "garbage":
+            return kind, size
         messages, word, announced, _ = self._header(rest)
-        if kind == "message" and announced and size <= len(rest):
+        if announced and size <= len(rest):
             meant = self._meant(messages, rest[:size])
             if not _allows(meant, word):
                 return "garbage", 1
@@ -144,8 +146,10 @@ class HeaderReader:
 
     def _by_header(self, rest: bytes) -> tuple[str, int]:
         """Return the kind and the length of the piece at the start, out of step, by its header alone."""
+        if rest[0] | rest[1] << 8 not in self._messages:
+            return "garbage", 1
         messages, word, announced, pair = self._header(rest)
-        if messages and self._ours(messages[0]):
+        if self._ours(messages[0]):
             if announced and _allows(messages, word) and pair in self._tolerated:
                 return "message", SIZE + word
             right = pair in self._right(*self._ours(messages[0]))
@@ -206,8 +210,11 @@ def _allows(messages: list[Message], length: int) -> bool:
 _DAMAGE = b"\xff"
 
 
-def layout_stream(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]:
-    """Yield streams of the plain frame of a layout, at the end that receives it."""
+def layout_stream(readers: Mapping[str, HeaderReader], of: Subject, raw: bytes) -> Iterator[Case]:
+    """Yield streams of the plain frame of a layout, at the end that receives it.
+
+    :param readers: the reader of each end of the line.
+    """
     end = {"to_host": "host", "to_controller": "device"}.get(of.message.direction, "none")
     context = {"context": dict(of.layout.when)} if of.layout.when else {}
     half = len(raw) // 2
@@ -216,13 +223,18 @@ def layout_stream(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]
         about = "a length whose high byte is 1, then a frame"
         streams.append(("length.high", about, [with_high_length(raw) + raw]))
     for name, about, chunks in streams:
-        pieces = HeaderReader(protocol, end).read(b"".join(chunks))
+        pieces = readers[end].read(b"".join(chunks))
         expected = stream_answer(pieces, lambda _: of.answer(of.plain))
         yield of.stream(name, about, chunks, expected, end=end, **context)
 
 
-def stream_cases(framing: Framing, subjects: Sequence[Subject]) -> Iterator[Case]:
-    """Yield streams at each end of the line; they begin with a message that this end receives."""
+def stream_cases(
+    framing: Framing, readers: Mapping[str, HeaderReader], subjects: Sequence[Subject]
+) -> Iterator[Case]:
+    """Yield streams at each end of the line; they begin with a message that this end receives.
+
+    :param readers: the reader of each end of the line.
+    """
     protocol = framing.protocol
     decided = [of for of in subjects if not of.layout.when]
     decided.sort(
@@ -232,10 +244,9 @@ def stream_cases(framing: Framing, subjects: Sequence[Subject]) -> Iterator[Case
         ours = [of for of in decided if of.message.direction in (*receives, "both")]
         if not ours:
             continue
-        reader = HeaderReader(protocol, end)
         decode = _Decoder(protocol, subjects)
         for scenario in _scenarios(framing, ours, decided):
-            pieces = reader.read(b"".join(scenario[2]))
+            pieces = readers[end].read(b"".join(scenario[2]))
             if all(decode.can(raw) for kind, raw in pieces if kind == "message"):
                 expected = stream_answer(pieces, decode)
                 yield stream_case(f"stream/{end}", scenario, expected, end=end)

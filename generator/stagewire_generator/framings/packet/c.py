@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from stagewire_generator.framings.packet.c_shape import PacketParts, packet_shape_view
 from stagewire_generator.model import Json, Layout, Message, Protocol
@@ -29,8 +28,7 @@ from stagewire_generator.targets.c.source import (
 from stagewire_generator.targets.vectors.subject import Subject
 
 
-@dataclass(frozen=True, slots=True)
-class PacketLayoutView:
+class PacketLayoutView(NamedTuple):
     """A layout of a message.
 
     :param type: the struct, and the prefix of its functions; without fields there is no struct.
@@ -63,8 +61,7 @@ class PacketLayoutView:
     decode: str
 
 
-@dataclass(frozen=True, slots=True)
-class PacketMessageView:
+class PacketMessageView(NamedTuple):
     """A message: its id and its layouts."""
 
     name: str
@@ -151,8 +148,7 @@ def _most(protocol: Protocol, message: Message, layout: Layout) -> int:
     return most
 
 
-@dataclass(frozen=True, slots=True)
-class PacketTableView:
+class PacketTableView(NamedTuple):
     """The table.
 
     :param entries: by id, then by length; an id with payloads of several lengths has a row for each.

@@ -7,7 +7,7 @@ bit, without a table.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.targets.c.source import call, names_of, unsigned
@@ -51,8 +51,7 @@ class PacketParts:
         return self.order.index(part) > self.order.index("payload")
 
 
-@dataclass(frozen=True, slots=True)
-class CheckView:
+class CheckView(NamedTuple):
     """A check.
 
     :param doc: its description.
@@ -188,8 +187,7 @@ _METHODS = {"sum": _sum, "xor": _xor, "crc": _crc}
 _TYPES = {1: "uint8_t", 2: "uint16_t", 3: "uint32_t", 4: "uint32_t"}
 
 
-@dataclass(frozen=True, slots=True)
-class AddressView:
+class AddressView(NamedTuple):
     """The address.
 
     :param type: the smallest type for it.
@@ -205,8 +203,7 @@ class AddressView:
     is_behind: bool
 
 
-@dataclass(frozen=True, slots=True)
-class PacketShapeView:
+class PacketShapeView(NamedTuple):
     """The shape of packets.
 
     :param doc: lines of a comment on the parts of a packet.

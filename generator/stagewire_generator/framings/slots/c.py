@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.targets.c.field_view import FieldView, field_view, initialiser, written
@@ -65,8 +65,7 @@ SLOTS = 3
 """Number of slots before the data of a command: axis, command byte, size."""
 
 
-@dataclass(frozen=True, slots=True)
-class SlotsLayoutView:
+class SlotsLayoutView(NamedTuple):
     """A command, a setup command or a reply.
 
     :param type: the struct, and the prefix of its functions.
@@ -91,8 +90,7 @@ class SlotsLayoutView:
     terminator_at: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class SlotsMessageView:
+class SlotsMessageView(NamedTuple):
     """A command with its reply, or a setup command.
 
     :param kind: ``command`` or ``setup``.
@@ -191,8 +189,7 @@ def _layout(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class SlotsTableView:
+class SlotsTableView(NamedTuple):
     """All commands.
 
     :param entries: commands sorted by their bytes, then setup commands.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from stagewire_generator.model import Layout, Message, Protocol
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.documentation import errata_of, sentence
@@ -78,8 +76,7 @@ def _with_data(protocol: Protocol, message: Message, bare: ClassView, layout: La
     codes = "".join(code(field) for field in layout.fields)
     end = f"0x{protocol.framing['terminator']:02X}"
     head = ("axis", _byte(message), str(message.size))
-    return replace(
-        bare,
+    return bare._replace(
         kind="command",
         parameters=parameters(layout.fields),
         fields=tuple(field_view(field) for field in layout.fields),

@@ -8,19 +8,12 @@ registry that the document does not state is also a difference.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.lint.witness.reading import amount, count, find_field, limit, squash
-from stagewire_generator.model import (
-    Enumeration,
-    EnumValue,
-    Field,
-    FlagBit,
-    Json,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.model_fields import Enumeration, EnumValue, Field, FlagBit
 from stagewire_generator.strict_yaml import KeyPath
 
 
@@ -343,8 +336,7 @@ def _mention(comparison: Comparison, row: Json, path: KeyPath) -> None:
         comparison.same(f"{place}/keyboard", (*path, "keyboard"), row["keyboard"], command.keyboard)
 
 
-@dataclass(frozen=True, slots=True)
-class Section:
+class Section(NamedTuple):
     """The printed section of a command, the command, and the comparison.
 
     :param path: the path of ``entry`` in the file of the witness.

@@ -6,18 +6,18 @@ import difflib
 import itertools
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from stagewire_generator.diagnostics import Place
 from stagewire_generator.lint.witness.reading import Vocabulary, pair, same_name, squash
-from stagewire_generator.model import Field, Message, Protocol
+from stagewire_generator.model import Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 NOTHING = "nothing"  # the side that lacks an entry
 
 
-@dataclass(frozen=True, slots=True)
-class Difference:
+class Difference(NamedTuple):
     """One place where document and registry differ."""
 
     place: str

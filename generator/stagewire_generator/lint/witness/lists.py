@@ -88,7 +88,12 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
         for path, row in _rows_of_list(comparison, key, printed)
     ]
     ids = {(name, row["id"]) for _, row, name in rows}
-    right = {m.name for m in comparison.messages.values() if (m.name, comparison.id_of(m)) in ids}
+    right = {
+        name
+        for name, id in ids
+        if (message := comparison.messages.get(name))
+        and (message.name, comparison.id_of(message)) == (name, id)
+    }
     for path, row, name in rows:
         message = comparison.messages.get(name)
         meant = comparison.with_id(row["id"])
@@ -121,8 +126,13 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
 
 def _units_in(words: str, units: Iterable[str]) -> list[str]:
     """Return the units that words name, by their own names or that of their series, such as BPC20x."""
-    patterns = [_SERIES.sub("[0-9]", re.escape(word.rstrip(","))) for word in words.split()]
-    return sorted(name for name in units if any(re.fullmatch(p, name) for p in patterns))
+    named = {word.rstrip(",") for word in words.split()}
+    series = [
+        re.compile(_SERIES.sub("[0-9]", re.escape(word))) for word in named if _SERIES.search(word)
+    ]
+    return sorted(
+        name for name in units if name in named or any(each.fullmatch(name) for each in series)
+    )
 
 
 def _rows_of_list(

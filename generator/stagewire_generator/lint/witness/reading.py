@@ -11,7 +11,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from stagewire_generator.model import Field, Json, Layout, Message
+from stagewire_generator.model import Json, Layout, Message
+from stagewire_generator.model_fields import Field
 
 # Names in the document for bytes without a meaning.
 FILLERS = frozenset({"notused", "unused", "reserved", "futureuse", "na"})

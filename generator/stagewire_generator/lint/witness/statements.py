@@ -98,11 +98,18 @@ def check_witnesses(facts: Facts, tables: Iterable[str], diagnostics: Diagnostic
 
     :param tables: patterns of the facts whose table in another chapter was compared.
     """
-    in_chapters = re.compile("|".join(map(translate, (*_IN_CHAPTERS, *tables))))
+    patterns, compared = list(_IN_CHAPTERS), set[str]()
+    for table in tables:
+        if _is_pattern(table):
+            patterns.append(table)
+        else:
+            compared.add(table)
+    in_chapters = re.compile("|".join(map(translate, patterns)))
     for document in facts.documents:
         for path in facts_of(document.data):
             fact = "/".join(map(str, path))
-            if fact not in facts.stated and not in_chapters.match(fact):
+            known = fact in facts.stated or fact in compared
+            if not known and not in_chapters.match(fact):
                 diagnostics.add(document.place(*path), "SW043", f"{fact} has no second witness")
 
 
@@ -206,6 +213,11 @@ def _pages(run: str) -> Iterable[int]:
     return range(int(first), int(last or first) + 1)
 
 
+def _is_pattern(text: str) -> bool:
+    """Whether a text is a pattern, not a name."""
+    return any(char in text for char in "*?[")
+
+
 def _below(
     found: Iterable[Found], part: str, *, in_an_entry: bool
 ) -> tuple[list[Found], list[str]]:
@@ -216,12 +228,12 @@ def _below(
     below: list[Found] = []
     lacking = []
     for wanted in part.split("|"):
-        named = not set("*?[") & set(wanted)
+        named = not _is_pattern(wanted)
         matched = [
-            (f"{at}/{key}".lstrip("/"), inner, named and (exact or not in_an_entry))
+            (f"{at}/{key}".lstrip("/"), holder[key], named and (exact or not in_an_entry))
             for at, holder, exact in found
-            for key, inner in holder.items()
-            if isinstance(inner, dict) and fnmatchcase(key, wanted)
+            for key in ([wanted] if named and wanted in holder else () if named else holder)
+            if isinstance(holder[key], dict) and (named or fnmatchcase(key, wanted))
         ]
         without = [
             f"{at}/{wanted}"

@@ -28,7 +28,8 @@ from stagewire_generator.lint.witness.reading import (
     squash,
 )
 from stagewire_generator.lint.witness.statements import CHAPTER
-from stagewire_generator.model import Field, Json, Message, Protocol
+from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 CompareTables: TypeAlias = Callable[[Comparison, Message, list[Json], KeyPath], None]
@@ -198,8 +199,9 @@ def _known_values(field: Field, table: str) -> dict[int, tuple[str, str]]:
 
 def _is_named(unit: str, title: str) -> bool:
     """Whether the title of a table names a unit or its series, such as BBD20x."""
-    series = (re.sub("x$", "[0-9]", word.replace("X", "x")) for word in _WORD.findall(title))
-    return unit in _WORD.findall(title) or any(re.fullmatch(pattern, unit) for pattern in series)
+    words = _WORD.findall(title)
+    series = {word[:-1].replace("X", "x") for word in words if word[-1] in "Xx"}
+    return unit in words or (unit[:-1] in series and unit[-1].isdigit())
 
 
 def _limits(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from stagewire_generator.model import Field, Format, Layout
+from stagewire_generator.model import Layout
+from stagewire_generator.model_fields import Field, Format
 from stagewire_generator.targets.c.source import Names, call, comment, field_doc, integer
 
 
-@dataclass(frozen=True, slots=True)
-class FieldView:
+class FieldView(NamedTuple):
     """A field.
 
     :param initial: its part of the initialiser.
@@ -88,7 +88,7 @@ def _array_view(names: Names, field: Field, offset: int, read_from: str) -> Fiel
         name=name,
         doc=field_doc(names, field),
         declaration=f"{names.prefix}_array {name};",
-        initial="{0}",
+        initial="{NULL, 0U}",
         refused=(),
         read=f"{value}.bytes = &{read_from}[{offset}];\n        {value}.count = {counted};",
         offset=offset,

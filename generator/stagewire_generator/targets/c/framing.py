@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from stagewire_generator.framing import part
 from stagewire_generator.model import Json, Message, Protocol
 from stagewire_generator.targets.vectors.subject import Subject
 
 
-@dataclass(frozen=True, slots=True)
-class File:
+class File(NamedTuple):
     """A file of a package.
 
     :param path: relative to the directory of the package.
@@ -27,8 +25,7 @@ class File:
     included: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Tests:
+class Tests(NamedTuple):
     """Parts of the C tests that depend on the framing.
 
     :param calls: template of the adapters between a layout and its functions.
@@ -55,8 +52,7 @@ class Tests:
     round_trip: Callable[[Protocol], dict[str, Any]] = lambda _: {}
 
 
-@dataclass(frozen=True, slots=True)
-class Framing:
+class Framing(NamedTuple):
     """Parts of packages that depend on the framing.
 
     :param message: template of a message in a chapter.

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple
 
-from stagewire_generator.model import (
-    Enumeration,
-    Field,
-    FlagTable,
-    Json,
-    Protocol,
-)
+from stagewire_generator.model import Json, Protocol
 from stagewire_generator.model_evidence import spelled
+from stagewire_generator.model_fields import Enumeration, Field, FlagTable
 from stagewire_generator.model_scales import (
     Factor,
 )
@@ -20,6 +17,7 @@ from stagewire_generator.targets.c.source import (
     Names,
     comment,
     comment_lines,
+    definition,
     integer,
     names_of,
     plain,
@@ -30,8 +28,7 @@ from stagewire_generator.targets.documentation import evidence_text, sentence, w
 _ENUM_LEAST, _ENUM_GREATEST = -0x8000, 0x7FFF  # the range of int on every platform
 
 
-@dataclass(frozen=True, slots=True)
-class MemberView:
+class MemberView(NamedTuple):
     """A named value, or a bit; ``doc`` may be empty."""
 
     name: str
@@ -39,8 +36,7 @@ class MemberView:
     doc: str
 
 
-@dataclass(frozen=True, slots=True)
-class TableView:
+class TableView(NamedTuple):
     """An enumeration or a flag table.
 
     :param is_enum: whether it is an ``enum``; otherwise its comment opens a group of macros.
@@ -130,8 +126,7 @@ def _group(head: str, summary: str) -> str:
 _GREATEST = 2**63 - 1  # largest numerator or denominator of a scale
 
 
-@dataclass(frozen=True, slots=True)
-class TypeView:
+class TypeView(NamedTuple):
     """An integer type that counts are converted to."""
 
     name: str  # int32
@@ -140,18 +135,19 @@ class TypeView:
     maximum: str
 
 
-@dataclass(frozen=True, slots=True)
-class ScaleView:
-    """A constant scale. An unknown scale has no name; its comment gives the reason."""
+class ScaleView(NamedTuple):
+    """A constant scale. An unknown scale has no name; its comment gives the reason.
+
+    :param definition: the definition of a macro with its name and value.
+    """
 
     comment: str
     name: str = ""
-    value: str = ""
+    definition: str = ""
     heading: str = ""  # a comment on this scale and the following ones
 
 
-@dataclass(frozen=True, slots=True)
-class SettingView:
+class SettingView(NamedTuple):
     """A scale that depends on a setting of the controller; counts are a fraction of the setting."""
 
     comment: str
@@ -159,8 +155,7 @@ class SettingView:
     full_scale: int
 
 
-@dataclass(frozen=True, slots=True)
-class QuantitiesView:
+class QuantitiesView(NamedTuple):
     """The parts of the header that differ between protocols."""
 
     types: tuple[TypeView, ...]
@@ -172,6 +167,7 @@ class QuantitiesView:
 def quantities_view(protocol: Protocol) -> QuantitiesView:
     """Make the view of all scales of a protocol."""
     names = names_of(protocol)
+    classes_of = cache(protocol.evidence.classes_of)  # most scales share their texts with others
     scales: list[ScaleView] = []
     settings: list[SettingView] = []
     headed = ""
@@ -179,7 +175,8 @@ def quantities_view(protocol: Protocol) -> QuantitiesView:
         heading = _remark(entry.controller) if entry.controller != headed else ""
         headed = entry.controller
         if isinstance(entry.scale, Factor):
-            scales.append(_constant(names, protocol, entry, entry.scale, heading))
+            classes = classes_of(entry.scale.source, entry.scale.note)
+            scales.append(_constant(names, protocol, entry, entry.scale, classes, heading))
         elif entry.is_known:
             settings.append(_setting(names, protocol, entry, entry.scale))
         else:
@@ -211,7 +208,12 @@ def _type(bits: int, signed: bool) -> TypeView:
 
 
 def _constant(
-    names: Names, protocol: Protocol, entry: ScaleEntry, factor: Factor, heading: str
+    names: Names,
+    protocol: Protocol,
+    entry: ScaleEntry,
+    factor: Factor,
+    classes: Sequence[str],
+    heading: str,
 ) -> ScaleView:
     counts = factor.counts_per_unit
     if max(counts.numerator, counts.denominator) > _GREATEST:
@@ -220,13 +222,14 @@ def _constant(
     facts = [f"{factor.key} {factor.value}"]
     facts += [f"printed as “{factor.printed}”"] if factor.printed else []
     facts += [f"source: {factor.source}"] if factor.source else []
-    classes = protocol.evidence.classes_of(factor.source, factor.note)
     facts += [f"evidence: {spelled(classes)}"] if classes else []
     facts += [f"note: {factor.note}"] if factor.note else []
+    name = names.macro(f"scale_{entry.name}")
+    parts = [f"INT64_C({part})" for part in (counts.numerator, counts.denominator)]
     return ScaleView(
         comment([f"{_subject(protocol, entry, factor.page, factor.overlay)}: {'; '.join(facts)}."]),
-        names.macro(f"scale_{entry.name}"),
-        f"{names.macro_prefix}_BRACED(INT64_C({counts.numerator}), INT64_C({counts.denominator}))",
+        name,
+        definition(name, f"{names.macro_prefix}_BRACED({', '.join(parts)})"),
         heading,
     )
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from stagewire_generator.model import Enumeration, Field, FlagTable, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Enumeration, Field, FlagTable
 from stagewire_generator.naming import c_layouts, c_prefix, c_table
 from stagewire_generator.targets.documentation import (
     DIRECTIONS,
@@ -22,8 +23,7 @@ from stagewire_generator.targets.documentation import (
 from stagewire_generator.targets.templates import wrapped
 
 
-@dataclass(frozen=True, slots=True)
-class Names:
+class Names(NamedTuple):
     """The names of a package.
 
     :param package: name of its directory.
@@ -204,8 +204,7 @@ def field_doc(names: Names, field: Field) -> str:
     return comment([sentence(field_facts(field, markup_of(names)))], 4)
 
 
-@dataclass(frozen=True, slots=True)
-class EntryView:
+class EntryView(NamedTuple):
     """A row of a table: its initialiser, and the name of its message as a literal."""
 
     code: str

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from stagewire_generator.framing import FRAMINGS
 from stagewire_generator.model import Chapter, Protocol
@@ -30,8 +29,7 @@ from stagewire_generator.targets.documentation import chapter_place
 from stagewire_generator.targets.templates import Templates
 
 
-@dataclass(frozen=True, slots=True)
-class ChapterView:
+class ChapterView(NamedTuple):
     """A header of messages; ``doc`` is the lines of its comment."""
 
     name: str
@@ -39,8 +37,7 @@ class ChapterView:
     messages: tuple[Any, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class PackageView:
+class PackageView(NamedTuple):
     """A package; ``p`` and ``P`` are the prefixes of its names and its macros."""
 
     names: Names
@@ -120,8 +117,7 @@ def _chapter(protocol: Protocol, chapter: Chapter) -> ChapterView:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class TesteeView:
+class TesteeView(NamedTuple):
     """The testee of a protocol; names are literals.
 
     :param name: name of the protocol.

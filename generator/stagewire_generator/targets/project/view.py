@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from importlib import metadata
+from typing import NamedTuple
 
 from stagewire_generator.framing import FRAMINGS, rules_of
-from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 
 _MARKUP = re.compile(r"([\\`*_\[\]<>&~$])")  # anywhere in a line
 _AT_THE_START = re.compile(r"^(?:[-+#=|:]|[0-9]+(?=[.)]))")  # a list, a heading or a table
@@ -53,8 +54,7 @@ def requirement(version: str) -> str:
     return f"stagewire>={major}.{minor},<{following}"
 
 
-@dataclass(frozen=True, slots=True)
-class ProjectView:
+class ProjectView(NamedTuple):
     """The project of a package."""
 
     name: str  # of the distribution
@@ -89,7 +89,10 @@ def project_view(protocol: Protocol) -> ProjectView:
         title=markdown(_plain(protocol.title)),
         summary=markdown(_plain(protocol.summary)),
         document=markdown(
-            f"{_plain(document['title'])}, issue {document['issue']} of {document['date']}"
+            "; ".join(
+                f"{_plain(each['title'])}, issue {each['issue']} of {each['date']}"
+                for each in (document, *(overlay.document for overlay in protocol.overlays))
+            )
         ),
         show=f"stagewire show {tried[0].name} {ours}" if tried else "",
         encode=encode,

@@ -10,14 +10,12 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 from stagewire_generator.targets.python.source import WIDTH, literal, width
 
 
-@dataclass(frozen=True, slots=True)
-class Nested:
+class Nested(NamedTuple):
     """Something in brackets: ``opening``, then items, then ``closing``.
 
     :param broken: whether each item has its own line, even if all items fit on one.
@@ -29,16 +27,14 @@ class Nested:
     broken: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Text:
+class Text(NamedTuple):
     """A string literal after ``head``. A long literal is broken into pieces in brackets."""
 
     head: str
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class Preferred:
+class Preferred(NamedTuple):
     """An expression for one line, and an equivalent one for the case that the first does not fit.
 
     For chains of calls, where a formatter would break the arguments of the first call.
@@ -51,8 +47,7 @@ class Preferred:
 Source: TypeAlias = "str | Text | Preferred | Nested"
 
 
-@dataclass(frozen=True, slots=True)
-class Import:
+class Import(NamedTuple):
     """Names that a module imports from another; ``name as other`` renames one."""
 
     module: str
@@ -83,11 +78,11 @@ def _after(head: str, source: Source) -> Source:
     if isinstance(source, str):
         return head + source
     if isinstance(source, Text):
-        return replace(source, head=head + source.head)
+        return Text(head + source.head, source.text)
     if isinstance(source, Preferred):
-        otherwise = replace(source.otherwise, opening=head + source.otherwise.opening)
-        return Preferred(head + source.line, otherwise)
-    return replace(source, opening=head + source.opening)
+        otherwise = source.otherwise
+        return Preferred(head + source.line, otherwise._replace(opening=head + otherwise.opening))
+    return Nested(head + source.opening, source.items, source.closing, source.broken)
 
 
 def listed(head: str, names: Sequence[str]) -> Nested:
@@ -103,9 +98,32 @@ def flat(source: Source) -> str:
         return source.head + literal(source.text)
     if isinstance(source, Preferred):
         return source.line
-    inside = ", ".join(map(flat, source.items))
+    return _joined(source, map(flat, source.items))
+
+
+def _joined(source: Nested, items: Iterable[str]) -> str:
+    """Return the brackets of ``source`` around ``items`` on one line."""
     alone = len(source.items) == 1 and _is_tuple(source)
-    return f"{source.opening}{inside}{',' if alone else ''}{source.closing}"
+    return f"{source.opening}{', '.join(items)}{',' if alone else ''}{source.closing}"
+
+
+def _fitted(source: Source, room: int) -> str | None:
+    """Return the source on one line, or None if a part is broken or the line is wider than ``room``."""
+    if isinstance(source, Nested):
+        if source.broken:
+            return None
+        items: list[str] = []
+        left = room
+        for item in source.items:
+            made = _fitted(item, left)
+            if made is None:
+                return None
+            items.append(made)
+            left -= width(made)
+        line = _joined(source, items)
+    else:
+        line = flat(source)
+    return line if width(line) <= room else None
 
 
 def laid_out(source: Source, indent: int, tail: str = "", head: str = "") -> str:
@@ -116,22 +134,20 @@ def laid_out(source: Source, indent: int, tail: str = "", head: str = "") -> str
     """
     if head:
         source = _after(head, source)
-    line = flat(source) + tail
-    if isinstance(source, str) or (not _is_broken(source) and indent + width(line) <= WIDTH):
-        return line
+    if isinstance(source, str):
+        return source + tail
+    line = _fitted(source, WIDTH - indent - width(tail))
+    if line is not None:
+        return line + tail
     if isinstance(source, Text):
         return _in_pieces(source, indent) + tail
     if isinstance(source, Preferred):
         return laid_out(source.otherwise, indent, tail)
     if not source.items:
-        return line
+        return flat(source) + tail
     pad = " " * (indent + 4)
     body = "".join(f"{pad}{laid_out(item, indent + 4, ',')}\n" for item in source.items)
     return f"{source.opening}\n{body}{' ' * indent}{source.closing}{tail}"
-
-
-def _is_broken(source: Source) -> bool:
-    return isinstance(source, Nested) and (source.broken or any(map(_is_broken, source.items)))
 
 
 def _is_tuple(source: Nested) -> bool:

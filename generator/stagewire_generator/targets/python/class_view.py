@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.python.brackets import Nested, Source, call, mapping, strings
 from stagewire_generator.targets.python.field_view import (
@@ -24,8 +25,7 @@ from stagewire_generator.targets.python.field_view import (
 from stagewire_generator.targets.python.source import literal, message_doc
 
 
-@dataclass(frozen=True, slots=True)
-class SharedView:
+class SharedView(NamedTuple):
     """A field that all candidate layouts of an undecided payload share; becomes a property."""
 
     name: str
@@ -36,8 +36,7 @@ class SharedView:
     returned: Source  # expression that turns the unpacked value into the property's
 
 
-@dataclass(frozen=True, slots=True)
-class ClassView:
+class ClassView(NamedTuple):
     """One message class."""
 
     name: str

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
-from stagewire_generator.model import Field, Format
+from stagewire_generator.model_fields import Field, Format
 from stagewire_generator.naming import camel
 from stagewire_generator.targets.python.brackets import Preferred, Source, call
 from stagewire_generator.targets.python.source import integer
@@ -18,8 +17,7 @@ _TYPES = {"integer": "int", "text": "str", "bytes": "bytes", "array": "tuple[int
 _GIVEN = {"array": "Iterable[int]"}  # types that a constructor accepts, if they are others
 
 
-@dataclass(frozen=True, slots=True)
-class FieldView:
+class FieldView(NamedTuple):
     """A field as a slot and as an argument of the constructor."""
 
     name: str
@@ -92,7 +90,9 @@ def wire_type(field: Field) -> str:
 
 def is_optional(slot: Slot) -> bool:
     """Whether a field may be left out when a message is created."""
-    return isinstance(slot, str) or slot.role in ("reserved", "constant")
+    if isinstance(slot, str) or slot.role in ("reserved", "constant"):
+        return True
+    return slot.omitted is not None
 
 
 def default(slot: Slot) -> str:
@@ -103,7 +103,7 @@ def default(slot: Slot) -> str:
         return '""'
     if slot.format.kind == "bytes":
         return f"bytes({slot.format.size})"
-    return integer(slot.constant or 0)
+    return integer(slot.constant or slot.omitted or 0)
 
 
 def packed(slot: Slot) -> Source:

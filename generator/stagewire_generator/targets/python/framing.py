@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from stagewire_generator.framing import part
 from stagewire_generator.model import Message, Protocol
@@ -12,8 +12,7 @@ from stagewire_generator.targets.python.class_view import ClassView
 from stagewire_generator.targets.python.source import literal
 
 
-@dataclass(frozen=True, slots=True)
-class Framing:
+class Framing(NamedTuple):
     """Parts of packages that depend on the framing.
 
     :param class_views: makes the views of the classes of a message.

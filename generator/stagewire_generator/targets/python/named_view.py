@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from decimal import Decimal
+from typing import NamedTuple
 
-from stagewire_generator.model import (
-    Enumeration,
-    FlagTable,
-    Protocol,
-)
+from stagewire_generator.model import Protocol
+from stagewire_generator.model_fields import Enumeration, FlagTable
 from stagewire_generator.model_scales import (
     Conflict,
     Factor,
@@ -32,8 +30,7 @@ from stagewire_generator.targets.python.brackets import (
 from stagewire_generator.targets.python.source import docstring, literal, paragraph
 
 
-@dataclass(frozen=True, slots=True)
-class MemberView:
+class MemberView(NamedTuple):
     """A named value, or a bit.
 
     :param note: its description, or empty; escaped for a docstring if it belongs to a value.
@@ -44,8 +41,7 @@ class MemberView:
     note: str
 
 
-@dataclass(frozen=True, slots=True)
-class NamedView:
+class NamedView(NamedTuple):
     """An enumeration or a flag table."""
 
     name: str
@@ -53,8 +49,7 @@ class NamedView:
     members: tuple[MemberView, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class QuantityView:
+class QuantityView(NamedTuple):
     """A quantity with a constant scale."""
 
     name: str
@@ -62,8 +57,7 @@ class QuantityView:
     doc: str
 
 
-@dataclass(frozen=True, slots=True)
-class SharedView:
+class SharedView(NamedTuple):
     """A constant of several stages: a table of scales, or the units of a family of controllers."""
 
     name: str
@@ -71,8 +65,7 @@ class SharedView:
     made: Nested
 
 
-@dataclass(frozen=True, slots=True)
-class StageView:
+class StageView(NamedTuple):
     """A stage."""
 
     name: str
@@ -142,29 +135,32 @@ def stage_views(protocol: Protocol) -> tuple[tuple[SharedView, ...], tuple[Stage
     the first stage and controller that have it.
     """
     stages = sorted(protocol.stages, key=lambda stage: stage.name)
+    members = {c.name: strings("", c.members) for c in protocol.controllers}
+    scales = {stage.name: _scale_tables(protocol, stage) for stage in stages}
     tables: dict[Nested, list[SharedView]] = {}
     families: dict[Nested, list[SharedView]] = {}
     for stage in stages:
-        for controller, made in _scale_tables(protocol, stage).items():
+        for controller, made in scales[stage.name].items():
             kinds = " | ".join(sorted({_kind(f) for f in stage.scales[controller].values()}))
             table = SharedView(f"_{stage.name}_ON_{controller}", f"dict[str, {kinds}]", made)
             tables.setdefault(made, []).append(table)
-        for controller, made in _families(protocol, stage).items():
-            family = SharedView(f"_{controller}_UNITS", "tuple[str, ...]", made)
-            families.setdefault(made, []).append(family)
+            family = SharedView(f"_{controller}_UNITS", "tuple[str, ...]", members[controller])
+            families.setdefault(family.made, []).append(family)
     shared = [
         views[0]
         for made, views in (*families.items(), *tables.items())
         if len(views) > 1 and len(made.items) > 1
     ]
     names = {view.made: view.name for view in shared}
-    return tuple(shared), tuple(_stage_view(protocol, stage, names) for stage in stages)
 
+    def named(made: Mapping[str, Nested], stage: Stage) -> list[Source]:
+        """Return an item for each family of controllers that drives a stage."""
+        return [keyed(literal(c), names.get(made[c], made[c])) for c in stage.scales]
 
-def _families(protocol: Protocol, stage: Stage) -> dict[str, Nested]:
-    """Return the units of each family of controllers that drives a stage."""
-    members = {controller.name: controller.members for controller in protocol.controllers}
-    return {controller: strings("", members[controller]) for controller in stage.scales}
+    return tuple(shared), tuple(
+        _stage_view(protocol, stage, named(scales[stage.name], stage), named(members, stage))
+        for stage in stages
+    )
 
 
 def _scale_tables(protocol: Protocol, stage: Stage) -> dict[str, Nested]:
@@ -190,19 +186,14 @@ def _kind(factor: Factor | Conflict | str) -> str:
     return "ScaleConflict" if isinstance(factor, Conflict) else "UnknownScale"
 
 
-def _stage_view(protocol: Protocol, stage: Stage, shared: Mapping[Nested, str]) -> StageView:
+def _stage_view(
+    protocol: Protocol, stage: Stage, scales: Sequence[Source], families: Sequence[Source]
+) -> StageView:
     """Make the view of a stage.
 
-    :param shared: the names of the shared constants.
+    :param scales: its scales, an item for each family of controllers.
+    :param families: the units of these families.
     """
-    scales = [
-        keyed(literal(controller), shared.get(made, made))
-        for controller, made in _scale_tables(protocol, stage).items()
-    ]
-    families = [
-        keyed(literal(controller), shared.get(made, made))
-        for controller, made in _families(protocol, stage).items()
-    ]
     arguments: list[Source] = [
         literal(stage.name),
         literal(stage.title),

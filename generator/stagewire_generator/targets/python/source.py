@@ -7,15 +7,8 @@ import unicodedata
 from collections.abc import Iterable
 from typing import Final
 
-from stagewire_generator.model import (
-    Enumeration,
-    Erratum,
-    Field,
-    FlagTable,
-    Layout,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Erratum, Layout, Message, Protocol
+from stagewire_generator.model_fields import Enumeration, Field, FlagTable
 from stagewire_generator.naming import camel
 from stagewire_generator.targets.documentation import (
     DIRECTIONS,
@@ -35,9 +28,9 @@ WIDTH = 100
 
 def literal(text: str) -> str:
     """Return a string literal with the quotes that a formatter would choose."""
+    if '"' not in text and "\\" not in text and text.isprintable():
+        return f'"{text}"'  # nearly all of them
     quote = "'" if text.count('"') > text.count("'") else '"'
-    if quote not in text and "\\" not in text and text.isprintable():
-        return f"{quote}{text}{quote}"  # nearly all of them
     escaped = []
     for char in text:
         if char in ("\\", quote):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 from stagewire_generator.model import (
     Overlay,
@@ -63,8 +63,7 @@ def class_imports(package: str, views: Sequence[ClassView]) -> list[Import]:
 _EXPORTED = ("PROTOCOL", "decode", "enumerations", "flags", "messages", "quantities", "stages")
 
 
-@dataclass(frozen=True, slots=True)
-class ChapterView:
+class ChapterView(NamedTuple):
     """One module of messages."""
 
     name: str
@@ -78,8 +77,7 @@ class ChapterView:
     names: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class PackageView:
+class PackageView(NamedTuple):
     """The package."""
 
     package: str

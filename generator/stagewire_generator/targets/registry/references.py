@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any, TypeAlias
 
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.model_evidence import Evidence, EvidenceTable
+
+_NESTED = frozenset({dict, list})
+ClassesOf: TypeAlias = Callable[..., tuple[str, ...]]
+"""Returns the classes of the sources that texts cite."""
 
 
 def with_documents(protocol: Protocol, data: Json) -> Json:
@@ -19,16 +24,20 @@ def with_documents(protocol: Protocol, data: Json) -> Json:
 
 
 def _documented(value: Any, documents: Mapping[str, str], overlay: str = "") -> Any:
-    """Return data in which every entry with a page names the document of the page.
+    """Return a list or an object in which every entry with a page names the document of the page.
 
     :param overlay: the overlay of the entry that contains the value.
     """
     if isinstance(value, list):
-        return [_documented(item, documents, overlay) for item in value]
-    if not isinstance(value, dict):
-        return value
+        return [
+            _documented(item, documents, overlay) if item.__class__ in _NESTED else item
+            for item in value
+        ]
     overlay = value.get("overlay", overlay)
-    whole = {key: _documented(item, documents, overlay) for key, item in value.items()}
+    whole = {
+        key: _documented(item, documents, overlay) if item.__class__ in _NESTED else item
+        for key, item in value.items()
+    }
     if whole.get("overlay") == "":
         del whole["overlay"]
     if "page" in value or isinstance(value.get("pages"), list):
@@ -50,25 +59,30 @@ def with_evidence(protocol: Protocol, data: Json) -> Json:
         }
         for source in evidence.sources
     }
+    classes_of = cache(evidence.classes_of)  # most scales share their texts with others
     added = {
-        section: _added(evidence, section, data[section])
+        section: _added(evidence, section, data[section], classes_of)
         for section in {section for section, _ in evidence.of_entries}
     }
     return {**data, **added, "sources": sources}
 
 
-def _added(evidence: EvidenceTable, section: str, entries: Any) -> Any:
+def _added(evidence: EvidenceTable, section: str, entries: Any, classes_of: ClassesOf) -> Any:
     """Return a section with the evidence of its entries."""
     if isinstance(entries, list):
-        return [_entry(evidence, section, entry["name"], entry) for entry in entries]
-    return {name: _entry(evidence, section, name, entry) for name, entry in entries.items()}
+        return [_entry(evidence, section, entry["name"], entry, classes_of) for entry in entries]
+    return {
+        name: _entry(evidence, section, name, entry, classes_of) for name, entry in entries.items()
+    }
 
 
-def _entry(evidence: EvidenceTable, section: str, name: str, entry: Json) -> Json:
+def _entry(
+    evidence: EvidenceTable, section: str, name: str, entry: Json, classes_of: ClassesOf
+) -> Json:
     found = [_shown(one) for one in evidence.of(section, name)]
     if section == "stages":
         parts = ("controllers", "limits")
-        entry = {**entry, **{part: _cited(evidence, entry[part]) for part in parts}}
+        entry = {**entry, **{part: _cited(entry[part], classes_of) for part in parts}}
     return {**entry, "evidence": found} if found else entry
 
 
@@ -81,11 +95,12 @@ def _shown(evidence: Evidence) -> Json:
     }
 
 
-def _cited(evidence: EvidenceTable, value: Any) -> Any:
+def _cited(value: Json, classes_of: ClassesOf) -> Json:
     """Return scales or limits with the classes of the evidence that their sources cite."""
-    if not isinstance(value, dict):
-        return value
-    whole = {key: _cited(evidence, inner) for key, inner in value.items()}
+    whole = {
+        key: _cited(inner, classes_of) if inner.__class__ is dict else inner
+        for key, inner in value.items()
+    }
     texts = [value[key] for key in ("source", "note") if isinstance(value.get(key), str)]
-    classes = evidence.classes_of(*texts)
+    classes = classes_of(*texts)
     return {**whole, "evidence": list(classes)} if classes else whole

@@ -8,20 +8,22 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from stagewire_generator.model import (
-    Array,
     Chapter,
-    Enumeration,
-    EnumValue,
     Erratum,
-    Field,
     Firmware,
-    FlagBit,
-    FlagTable,
     Json,
     Layout,
     Message,
     Protocol,
     Rule,
+)
+from stagewire_generator.model_fields import (
+    Array,
+    Enumeration,
+    EnumValue,
+    Field,
+    FlagBit,
+    FlagTable,
 )
 from stagewire_generator.model_scales import (
     Conflict,
@@ -119,6 +121,7 @@ _Registered: TypeAlias = (
     | Stage
 )
 _TABLES_OF_UNITS = ("families", "lists", "addresses", "hardware_types")
+_LONG_LISTS = ("errata", "messages", "rules", "stages", "units")
 
 
 def render(protocol: Protocol) -> dict[str, str]:
@@ -129,12 +132,14 @@ def render(protocol: Protocol) -> dict[str, str]:
 @lru_cache(maxsize=1)
 def registry_text(protocol: Protocol) -> str:
     """Return the resolved registry as canonical JSON, which the Python package also contains."""
-    return canonical(with_documents(protocol, with_evidence(protocol, _registry_json(protocol))))
+    data = with_documents(protocol, with_evidence(protocol, _registry_json(protocol)))
+    return canonical(data, lines=_LONG_LISTS)
 
 
 def _registry_json(protocol: Protocol) -> Json:
     """Return the resolved registry as the architecture describes it."""
     units, uncompared = protocol.units, protocol.not_compared
+    later = protocol.later_messages
     return {
         "schema_version": SCHEMA_VERSION,
         "protocol": protocol.name,
@@ -186,7 +191,12 @@ def _registry_json(protocol: Protocol) -> Json:
         },
         "stages": [_stage(stage) for stage in sorted(protocol.stages, key=lambda s: s.name)],
         "units": [
-            {"name": name, **entry, "messages": sorted(protocol.messages_of(entry))}
+            {
+                "name": name,
+                **entry,
+                "messages": sorted(protocol.messages_of(entry)),
+                **({"later_messages": list(later[name])} if name in later else {}),
+            }
             for name, entry in sorted(units.get("units", {}).items())
         ],
         **{key: units[key] for key in _TABLES_OF_UNITS if key in units},

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
-from stagewire_generator.model import Field, Json, Layout, Message
+from stagewire_generator.model import Json, Layout, Message
+from stagewire_generator.model_fields import Field
 from stagewire_generator.targets.vectors.values import Content, plain_content
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
+class Case(NamedTuple):
     """A request of the testee protocol and its answer, made without our encoders.
 
     :param id: unique in its protocol; stable as long as the things it names do not change.

@@ -6,10 +6,10 @@ They depend only on the fields. The framings put a content into a frame.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
-from stagewire_generator.model import Field, Json
+from stagewire_generator.model import Json
+from stagewire_generator.model_fields import Field
 
 Value = int | str | list[int]
 """An integer; text; bytes in hex; the integers of an array."""
@@ -65,8 +65,7 @@ UNNAMED = ("param1", "param2")
 """Unused header parameters."""
 
 
-@dataclass(frozen=True, slots=True)
-class Content:
+class Content(NamedTuple):
     """The values of a message, valid or invalid.
 
     :param name: the last part of the ids of its cases.
@@ -147,9 +146,10 @@ def _one_by_one(fields: Sequence[Field], base: Content) -> Iterator[Content]:
         if field.role == "reserved":
             continue
         for name, value in named_values(field):
-            held = filled(fields, base.held | {field.name: value})
+            held = base.held | {field.name: value}
             if not _fits(fields, held):
                 continue
+            held = filled(fields, held)
             yield Content(
                 name=field.name + name,
                 given={key: held[key] for key in (*base.given, field.name)},
@@ -186,7 +186,7 @@ _LATIN_1 = "\u00b5\u00e9\u00ff"  # characters with two bytes in UTF-8
 
 def is_optional(field: Field) -> bool:
     """Whether a request to an encoder may leave the field out."""
-    return field.role in ("reserved", "constant")
+    return field.role in ("reserved", "constant") or field.omitted is not None
 
 
 def default(field: Field) -> Value:
@@ -195,7 +195,9 @@ def default(field: Field) -> Value:
         return ""
     if field.array:
         return []
-    return "00" * field.format.size if field.format.kind == "bytes" else field.constant or 0
+    if field.format.kind == "bytes":
+        return "00" * field.format.size
+    return field.constant or field.omitted or 0
 
 
 def plain(field: Field) -> Value:

@@ -163,9 +163,10 @@ def change(endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, gi
     assert table.set is not None  # otherwise the method would not exist
     new = fields_of(what, table.given, given, endpoint.scales(), of=table.set, some=True)
     check_limits(endpoint, what, table.given, new)
+    asked = {entry.keyword: new[entry.field] for entry in table.asked if entry.field in new}
     deadline = endpoint.deadline(endpoint.seconds(timeout))
     with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
-        read = (_ask(endpoint, table, deadline.left, {})).message
+        read = (_ask(endpoint, table, deadline.left, asked)).message
         fields = read.layout.fields
         _check_there(what, table, new, fields)
         held = {e.field: getattr(read, e.field) for e in table.given if e.field in fields}

@@ -321,6 +321,8 @@ class FramedProtocol(Protocol):
     def message_class(self, message: str, form: str | None = None) -> type[FramedMessage]:
         """Return the class of a message by its registry name and, if it has several forms, its form.
 
+        Without a form, a message whose packets have several lengths has its plain form, ``data``.
+
         Raises the errors of :meth:`Protocol.message_class <stagewire.protocols.Protocol.message_class>`.
         """
         found: Any = super().message_class(message, form)
@@ -328,7 +330,8 @@ class FramedProtocol(Protocol):
         return cls
 
     def _certain(self, forms: Iterable[str]) -> list[str]:
-        return [form for form in forms if form != "data:undecided"]
+        certain = [form for form in forms if form != "data:undecided"]
+        return ["data"] if "data" in certain and "header" not in certain else certain
 
     def build(
         self,

@@ -99,7 +99,7 @@ class _Ends(_Starts):
 
 def _ends(draw: Draw) -> tuple[Firmware, str]:
     _all_signs(draw)
-    return _Ends(draw.random.randrange(45, 200)), draw.one_of(*_STATUSES)
+    return _Ends(draw.random.randrange(45, 95)), draw.one_of(*_STATUSES)
 
 
 class _StaleUpdates(_Starts):

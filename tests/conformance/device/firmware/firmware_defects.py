@@ -17,6 +17,14 @@ Change = Callable[[Frame], Iterable[Frame | bytes]]
 """Changes a message to none, one or several messages."""
 
 
+_OF_ISSUE_3 = [
+    name
+    for name, each in BENCHES.items()
+    if each.declared.issue == "3" and not name.endswith("2000")
+]
+"""The benches of APT units that can have a defect. The defects change messages of Issue 3."""
+
+
 class NotHereError(Exception):
     """The unit cannot have this defect."""
 
@@ -44,7 +52,7 @@ class Defect:
     def draw(self, number: int) -> Drawn:
         """Return the defect on a unit and in a message, selected by its seed and the number of the draw."""
         random = Random(f"{self.seed}/{number}")
-        names = list(self.units or [name for name in BENCHES if not name.endswith("2000")])
+        names = list(self.units or _OF_ISSUE_3)
         random.shuffle(names)
         for name in names:
             try:

@@ -43,7 +43,9 @@ def faults_of(declared: Declaration, message: FramedMessage) -> Iterator[Fault]:
     layout = message.layout
     values = message.values()
     identifies = declared.registry.messages[layout.message].get("tells") == "identity"
-    for name, field in declared.registry.fields(layout.message, layout.form).items():
+    for name, field in declared.registry.fields(
+        layout.message, layout.form, declared.unit.name
+    ).items():
         if field["role"] != "value" or name == getattr(declared.protocol, "channel", None):
             continue
         if field["kind"] == "integer":

@@ -19,23 +19,39 @@ __all__ = [
     "CanJog",
     "CanMoveAbsolute",
     "CanMoveRelative",
+    "CanMoveSynchStart",
     "CanMoveVelocity",
     "CanResumeEndOfMoveMsgs",
+    "CanSetMoveSynchArray",
     "CanStop",
     "CanSuspendEndOfMoveMsgs",
+    "WithAdcInputs",
+    "WithAnalogMonitorConfig",
+    "WithAuxIoConfig",
     "WithAvModes",
+    "WithBowIndex",
     "WithButtonParams",
     "WithDcPidParams",
     "WithDcStatusUpdate",
     "WithEncCounter",
     "WithGenMoveParams",
     "WithHomeParams",
+    "WithIoConfig",
     "WithJogParams",
+    "WithJoystickParams",
+    "WithKcubeKstLoopParams",
+    "WithKcubeMmiParams",
+    "WithKcubePosTrigParams",
+    "WithKcubeTrigIoConfig",
+    "WithLcdDisplayParams",
+    "WithLcdMoveParams",
     "WithLimSwitchParams",
     "WithMotEepromParams",
     "WithMotStatusBits",
+    "WithMotTrigIoConfig",
     "WithMoveAbsParams",
     "WithMoveRelParams",
+    "WithMoveSynchParams",
     "WithPmdCurrentLoopParams",
     "WithPmdMotorOutputParams",
     "WithPmdPositionLoopParams",
@@ -44,16 +60,663 @@ __all__ = [
     "WithPmdStageAxisParams",
     "WithPmdTrackSettleParams",
     "WithPosCounter",
+    "WithPosTrigEnState",
     "WithPotParams",
+    "WithPowerParams",
     "WithStatusUpdate",
+    "WithTrigger",
+    "WithTstActuatorType",
     "WithVelParams",
 ]
+
+
+class WithMotTrigIoConfig(Part):
+    """Triggers of a motor channel.
+
+    ``MOT_SET_MOTTRIGIOCONFIG``, ``MOT_REQ_MOTTRIGIOCONFIG``, ``MOT_GET_MOTTRIGIOCONFIG``; Issue 37,
+    pages 155, 156, 160.
+    """
+
+    async def get_mot_trig_io_config(self, *, timeout: float | None = None) -> v.MotTrigIoConfig:
+        """Read the triggers of a motor channel.
+
+        Trigger input and output of a motor channel. Only for the BBD301, BBD302 and BBD303.
+
+        The printed layout with eight reserved bytes instead of two, as the vendor's XA software
+        simulates it for the BBD303 and as its C headers have it.
+
+        ``MOT_REQ_MOTTRIGIOCONFIG``, ``MOT_GET_MOTTRIGIOCONFIG``, Issue 37, pages 155, 160.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.MOT_TRIG_IO_CONFIG, timeout)
+
+    async def set_mot_trig_io_config(
+        self,
+        *,
+        channel: e.MotorChannel | str | int,
+        trig_in_mode: e.TriggerInputMode | str | int,
+        trig_in_polarity: e.TriggerPolarity | str | int,
+        trig_in_source: e.TriggerSource | str | int,
+        trig_out_mode: e.TriggerOutputMode | str | int,
+        trig_out_polarity: e.TriggerPolarity | str | int,
+        start_pos_fwd: int | None = None,
+        start_pos_fwd_mm: Number | None = None,
+        interval_fwd: int | None = None,
+        interval_fwd_mm: Number | None = None,
+        num_pulses_fwd: int,
+        start_pos_rev: int | None = None,
+        start_pos_rev_mm: Number | None = None,
+        interval_rev: int | None = None,
+        interval_rev_mm: Number | None = None,
+        num_pulses_rev: int,
+        pulse_width: int | None = None,
+        pulse_width_us: Number | None = None,
+        num_cycles: int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the triggers of a motor channel.
+
+        Trigger input and output of a motor channel. Only for the BBD301, BBD302 and BBD303. All
+        values are written in one frame.
+
+        It can change the level of an output, and afterwards a signal at an input can start a move.
+        After power-up, the input is disabled. Do not apply a voltage outside of 0 to 5 V to the
+        connectors. The printed layout with eight reserved bytes instead of two, as the vendor's XA
+        software simulates it for the BBD303 and as its C headers have it.
+
+        ``MOT_SET_MOTTRIGIOCONFIG``, Issue 37, pages 155, 156. Erratum ``apt37-mottrigio-length``.
+
+        :param channel: :class:`~.MotorChannel`: MOTCHAN1 (1), MOTCHAN2 (2), MOTCHAN3 (3).
+        :param trig_in_mode: :class:`~.TriggerInputMode`: DISABLED (0), GPI (1), RELATIVE_MOVE (2),
+            ABSOLUTE_MOVE (3), HOME_MOVE (4), STOP (5).
+        :param trig_in_polarity: active state of the input; :class:`~.TriggerPolarity`: HIGH (1),
+            LOW (2).
+        :param trig_in_source: connector of the input; :class:`~.TriggerSource`: SOFTWARE (0), BNC1
+            (1), BNC2 (2), BNC3 (3).
+        :param trig_out_mode: :class:`~.TriggerOutputMode`: GPO (0xa), IN_MOTION (0xb),
+            AT_MAX_VELOCITY (0xc), AT_POSITION_STEPS_FWD (0xd), AT_POSITION_STEPS_REV (0xe),
+            AT_POSITION_STEPS_BOTH (0xf), AT_FORWARD_LIMIT (0x10), AT_REVERSE_LIMIT (0x11),
+            AT_EITHER_LIMIT (0x12); from 0 to 65535.
+        :param trig_out_polarity: active state of the output; :class:`~.TriggerPolarity`: HIGH (1),
+            LOW (2).
+        :param start_pos_fwd: position of the first pulse on the way forward; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
+            controller.
+        :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
+            controller.
+        :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
+        :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
+            controller.
+        :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
+            on the stage; from -2147483648 to 2147483647.
+        :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
+            controller.
+        :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
+        :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
+        :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
+        :param num_cycles: number of cycles of both directions; from -2147483648 to 2147483647.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.MOT_TRIG_IO_CONFIG,
+            timeout,
+            channel=channel,
+            trig_in_mode=trig_in_mode,
+            trig_in_polarity=trig_in_polarity,
+            trig_in_source=trig_in_source,
+            trig_out_mode=trig_out_mode,
+            trig_out_polarity=trig_out_polarity,
+            start_pos_fwd=start_pos_fwd,
+            start_pos_fwd_mm=start_pos_fwd_mm,
+            interval_fwd=interval_fwd,
+            interval_fwd_mm=interval_fwd_mm,
+            num_pulses_fwd=num_pulses_fwd,
+            start_pos_rev=start_pos_rev,
+            start_pos_rev_mm=start_pos_rev_mm,
+            interval_rev=interval_rev,
+            interval_rev_mm=interval_rev_mm,
+            num_pulses_rev=num_pulses_rev,
+            pulse_width=pulse_width,
+            pulse_width_us=pulse_width_us,
+            num_cycles=num_cycles,
+        )
+
+    async def change_mot_trig_io_config(
+        self,
+        *,
+        channel: e.MotorChannel | str | int | None = None,
+        trig_in_mode: e.TriggerInputMode | str | int | None = None,
+        trig_in_polarity: e.TriggerPolarity | str | int | None = None,
+        trig_in_source: e.TriggerSource | str | int | None = None,
+        trig_out_mode: e.TriggerOutputMode | str | int | None = None,
+        trig_out_polarity: e.TriggerPolarity | str | int | None = None,
+        start_pos_fwd: int | None = None,
+        start_pos_fwd_mm: Number | None = None,
+        interval_fwd: int | None = None,
+        interval_fwd_mm: Number | None = None,
+        num_pulses_fwd: int | None = None,
+        start_pos_rev: int | None = None,
+        start_pos_rev_mm: Number | None = None,
+        interval_rev: int | None = None,
+        interval_rev_mm: Number | None = None,
+        num_pulses_rev: int | None = None,
+        pulse_width: int | None = None,
+        pulse_width_us: Number | None = None,
+        num_cycles: int | None = None,
+        timeout: float | None = None,
+    ) -> v.MotTrigIoConfig:
+        """Change the triggers of a motor channel.
+
+        Trigger input and output of a motor channel. Only for the BBD301, BBD302 and BBD303. Reads
+        the current values, replaces the given ones and writes all of them in one frame, under one
+        lock. Returns the values written.
+
+        It can change the level of an output, and afterwards a signal at an input can start a move.
+        After power-up, the input is disabled. Do not apply a voltage outside of 0 to 5 V to the
+        connectors. The printed layout with eight reserved bytes instead of two, as the vendor's XA
+        software simulates it for the BBD303 and as its C headers have it.
+
+        ``MOT_REQ_MOTTRIGIOCONFIG``, ``MOT_GET_MOTTRIGIOCONFIG``, ``MOT_SET_MOTTRIGIOCONFIG``, Issue
+        37, pages 155, 156, 160. Erratum ``apt37-mottrigio-length``.
+
+        :param channel: :class:`~.MotorChannel`: MOTCHAN1 (1), MOTCHAN2 (2), MOTCHAN3 (3).
+        :param trig_in_mode: :class:`~.TriggerInputMode`: DISABLED (0), GPI (1), RELATIVE_MOVE (2),
+            ABSOLUTE_MOVE (3), HOME_MOVE (4), STOP (5).
+        :param trig_in_polarity: active state of the input; :class:`~.TriggerPolarity`: HIGH (1),
+            LOW (2).
+        :param trig_in_source: connector of the input; :class:`~.TriggerSource`: SOFTWARE (0), BNC1
+            (1), BNC2 (2), BNC3 (3).
+        :param trig_out_mode: :class:`~.TriggerOutputMode`: GPO (0xa), IN_MOTION (0xb),
+            AT_MAX_VELOCITY (0xc), AT_POSITION_STEPS_FWD (0xd), AT_POSITION_STEPS_REV (0xe),
+            AT_POSITION_STEPS_BOTH (0xf), AT_FORWARD_LIMIT (0x10), AT_REVERSE_LIMIT (0x11),
+            AT_EITHER_LIMIT (0x12); from 0 to 65535.
+        :param trig_out_polarity: active state of the output; :class:`~.TriggerPolarity`: HIGH (1),
+            LOW (2).
+        :param start_pos_fwd: position of the first pulse on the way forward; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
+            controller.
+        :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
+            controller.
+        :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
+        :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
+            controller.
+        :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
+            on the stage; from -2147483648 to 2147483647.
+        :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
+            controller.
+        :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
+        :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
+        :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
+        :param num_cycles: number of cycles of both directions; from -2147483648 to 2147483647.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.MOT_TRIG_IO_CONFIG,
+            timeout,
+            channel=channel,
+            trig_in_mode=trig_in_mode,
+            trig_in_polarity=trig_in_polarity,
+            trig_in_source=trig_in_source,
+            trig_out_mode=trig_out_mode,
+            trig_out_polarity=trig_out_polarity,
+            start_pos_fwd=start_pos_fwd,
+            start_pos_fwd_mm=start_pos_fwd_mm,
+            interval_fwd=interval_fwd,
+            interval_fwd_mm=interval_fwd_mm,
+            num_pulses_fwd=num_pulses_fwd,
+            start_pos_rev=start_pos_rev,
+            start_pos_rev_mm=start_pos_rev_mm,
+            interval_rev=interval_rev,
+            interval_rev_mm=interval_rev_mm,
+            num_pulses_rev=num_pulses_rev,
+            pulse_width=pulse_width,
+            pulse_width_us=pulse_width_us,
+            num_cycles=num_cycles,
+        )
+
+
+class WithIoConfig(Part):
+    """Configuration of a BNC connector.
+
+    ``MOT_SET_IOCONFIG``, ``MOT_REQ_IOCONFIG``, ``MOT_GET_IOCONFIG``; Issue 37, pages 161, 162.
+    """
+
+    async def get_io_config(
+        self,
+        *,
+        io_port: e.IoPort | str | int,
+        timeout: float | None = None,
+    ) -> v.IoConfig:
+        """Read the configuration of a BNC connector.
+
+        Function of a BNC connector on the rear panel. Only for the BBD301, BBD302 and BBD303.
+
+        ``MOT_REQ_IOCONFIG``, ``MOT_GET_IOCONFIG``, Issue 37, pages 161, 162. Erratum
+        ``apt37-ioconfig-port``.
+
+        :param io_port: connector to read; :class:`~.IoPort`: BNC1 (1), BNC2 (2), BNC3 (3).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.IO_CONFIG, timeout, io_port=io_port)
+
+    async def set_io_config(
+        self,
+        *,
+        io_port: e.IoPort | str | int,
+        mode: e.IoPortMode | str | int,
+        out_source: e.IoOutputSource | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the configuration of a BNC connector.
+
+        Function of a BNC connector on the rear panel. Only for the BBD301, BBD302 and BBD303. All
+        values are written in one frame.
+
+        It can change the voltage at the connector.
+
+        ``MOT_SET_IOCONFIG``, Issue 37, page 161. Erratum ``apt37-bbd30x-length-cells``.
+
+        :param io_port: connector to configure; :class:`~.IoPort`: BNC1 (1), BNC2 (2), BNC3 (3).
+        :param mode: :class:`~.IoPortMode`: DIGIIN (0), DIGIOUT (1), ANALOGOUT (2).
+        :param out_source: signal of a digital output; :class:`~.IoOutputSource`: SOFTWARE (0),
+            MOTCHAN1 (1), MOTCHAN2 (2), MOTCHAN3 (3).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(t.IO_CONFIG, timeout, io_port=io_port, mode=mode, out_source=out_source)
+
+    async def change_io_config(
+        self,
+        *,
+        io_port: e.IoPort | str | int,
+        mode: e.IoPortMode | str | int | None = None,
+        out_source: e.IoOutputSource | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.IoConfig:
+        """Change the configuration of a BNC connector.
+
+        Function of a BNC connector on the rear panel. Only for the BBD301, BBD302 and BBD303. Reads
+        the current values, replaces the given ones and writes all of them in one frame, under one
+        lock. Returns the values written.
+
+        It can change the voltage at the connector.
+
+        ``MOT_REQ_IOCONFIG``, ``MOT_GET_IOCONFIG``, ``MOT_SET_IOCONFIG``, Issue 37, pages 161, 162.
+        Errata ``apt37-bbd30x-length-cells``, ``apt37-ioconfig-port``.
+
+        :param io_port: connector to read; :class:`~.IoPort`: BNC1 (1), BNC2 (2), BNC3 (3).
+        :param mode: :class:`~.IoPortMode`: DIGIIN (0), DIGIOUT (1), ANALOGOUT (2).
+        :param out_source: signal of a digital output; :class:`~.IoOutputSource`: SOFTWARE (0),
+            MOTCHAN1 (1), MOTCHAN2 (2), MOTCHAN3 (3).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.IO_CONFIG,
+            timeout,
+            io_port=io_port,
+            mode=mode,
+            out_source=out_source,
+        )
+
+
+class WithAuxIoConfig(Part):
+    """Configuration of the AUX outputs.
+
+    ``MOT_SET_AUXIOCONFIG``, ``MOT_REQ_AUXIOCONFIG``, ``MOT_GET_AUXIOCONFIG``; Issue 37, pages 163,
+    164.
+    """
+
+    async def get_aux_io_config(
+        self,
+        *,
+        out_port: f.AuxOutputPortMask | str | int,
+        timeout: float | None = None,
+    ) -> v.AuxIoConfig:
+        """Read the configuration of the AUX outputs.
+
+        Source of the differential outputs of the AUX I/O connector: encoder signals or software.
+        Only for the BBD301, BBD302 and BBD303.
+
+        ``MOT_REQ_AUXIOCONFIG``, ``MOT_GET_AUXIOCONFIG``, Issue 37, pages 163, 164.
+
+        :param out_port: output port to read; :class:`~.AuxOutputPortMask`: portnum_1 (0x1),
+            portnum_2 (0x2), portnum_3 (0x4), or several joined by ``|``.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.AUX_IO_CONFIG, timeout, out_port=out_port)
+
+    async def set_aux_io_config(
+        self,
+        *,
+        out_port: f.AuxOutputPorts | str | int,
+        mode: e.AuxPortMode | str | int,
+        sw_source: e.AuxPortState | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the configuration of the AUX outputs.
+
+        Source of the differential outputs of the AUX I/O connector: encoder signals or software.
+        Only for the BBD301, BBD302 and BBD303. All values are written in one frame.
+
+        It can change the level of the outputs.
+
+        ``MOT_SET_AUXIOCONFIG``, Issue 37, page 163. Erratum ``apt37-bbd30x-length-cells``.
+
+        :param out_port: output ports to configure; :class:`~.AuxOutputPorts`: portnum_1 (0x1),
+            portnum_2 (0x2), portnum_3 (0x4), or several joined by ``|``.
+        :param mode: :class:`~.AuxPortMode`: SW (1), ENC (2).
+        :param sw_source: state of the outputs in SW mode; :class:`~.AuxPortState`: HIGH (1), LOW
+            (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(t.AUX_IO_CONFIG, timeout, out_port=out_port, mode=mode, sw_source=sw_source)
+
+    async def change_aux_io_config(
+        self,
+        *,
+        out_port: f.AuxOutputPortMask | str | int,
+        mode: e.AuxPortMode | str | int | None = None,
+        sw_source: e.AuxPortState | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.AuxIoConfig:
+        """Change the configuration of the AUX outputs.
+
+        Source of the differential outputs of the AUX I/O connector: encoder signals or software.
+        Only for the BBD301, BBD302 and BBD303. Reads the current values, replaces the given ones
+        and writes all of them in one frame, under one lock. Returns the values written.
+
+        It can change the level of the outputs.
+
+        ``MOT_REQ_AUXIOCONFIG``, ``MOT_GET_AUXIOCONFIG``, ``MOT_SET_AUXIOCONFIG``, Issue 37, pages
+        163, 164. Erratum ``apt37-bbd30x-length-cells``.
+
+        :param out_port: output port to read; :class:`~.AuxOutputPortMask`: portnum_1 (0x1),
+            portnum_2 (0x2), portnum_3 (0x4), or several joined by ``|``.
+        :param mode: :class:`~.AuxPortMode`: SW (1), ENC (2).
+        :param sw_source: state of the outputs in SW mode; :class:`~.AuxPortState`: HIGH (1), LOW
+            (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.AUX_IO_CONFIG,
+            timeout,
+            out_port=out_port,
+            mode=mode,
+            sw_source=sw_source,
+        )
+
+
+class WithAnalogMonitorConfig(Part):
+    """Configuration of an analog output.
+
+    ``MOT_SET_ANALOGMONITORCONFIG``, ``MOT_REQ_ANALOGMONITORCONFIG``,
+    ``MOT_GET_ANALOGMONITORCONFIG``; Issue 37, pages 165, 166.
+    """
+
+    async def get_analog_monitor_config(
+        self,
+        *,
+        timeout: float | None = None,
+    ) -> v.AnalogMonitorConfig:
+        """Read the configuration of an analog output.
+
+        Variable that an analog output follows with a voltage of 0 to 5 V. Only for the BBD301,
+        BBD302 and BBD303.
+
+        ``MOT_REQ_ANALOGMONITORCONFIG``, ``MOT_GET_ANALOGMONITORCONFIG``, Issue 37, pages 165, 166.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.ANALOG_MONITOR_CONFIG, timeout)
+
+    async def set_analog_monitor_config(
+        self,
+        *,
+        monitor: e.AnalogMonitor | str | int,
+        motor_channel: e.MotorChannel | str | int,
+        sys_var: e.SystemVariable | str | int,
+        scale: int,
+        offset: int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the configuration of an analog output.
+
+        Variable that an analog output follows with a voltage of 0 to 5 V. Only for the BBD301,
+        BBD302 and BBD303. All values are written in one frame.
+
+        It can change the voltage at the connector.
+
+        ``MOT_SET_ANALOGMONITORCONFIG``, Issue 37, page 165. Errata ``apt37-bbd30x-length-cells``,
+        ``apt37-monitor-channel``.
+
+        :param monitor: :class:`~.AnalogMonitor`: MONITOR1 (1), MONITOR2 (2).
+        :param motor_channel: channel whose variable is output; page 165 lists 1 and 2;
+            :class:`~.MotorChannel`: MOTCHAN1 (1), MOTCHAN2 (2), MOTCHAN3 (3); from 0 to 65535.
+        :param sys_var: :class:`~.SystemVariable`: POSERROR (1), POSITION (2), IPHASEA (3), IPHASEB
+            (4), IPHASEC (5), IMOT (6).
+        :param scale: scale of a position or position error; its unit is not documented; from
+            -2147483648 to 2147483647.
+        :param offset: offset of a position or position error; its unit is not documented; from
+            -2147483648 to 2147483647.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.ANALOG_MONITOR_CONFIG,
+            timeout,
+            monitor=monitor,
+            motor_channel=motor_channel,
+            sys_var=sys_var,
+            scale=scale,
+            offset=offset,
+        )
+
+    async def change_analog_monitor_config(
+        self,
+        *,
+        monitor: e.AnalogMonitor | str | int | None = None,
+        motor_channel: e.MotorChannel | str | int | None = None,
+        sys_var: e.SystemVariable | str | int | None = None,
+        scale: int | None = None,
+        offset: int | None = None,
+        timeout: float | None = None,
+    ) -> v.AnalogMonitorConfig:
+        """Change the configuration of an analog output.
+
+        Variable that an analog output follows with a voltage of 0 to 5 V. Only for the BBD301,
+        BBD302 and BBD303. Reads the current values, replaces the given ones and writes all of them
+        in one frame, under one lock. Returns the values written.
+
+        It can change the voltage at the connector.
+
+        ``MOT_REQ_ANALOGMONITORCONFIG``, ``MOT_GET_ANALOGMONITORCONFIG``,
+        ``MOT_SET_ANALOGMONITORCONFIG``, Issue 37, pages 165, 166. Errata
+        ``apt37-bbd30x-length-cells``, ``apt37-monitor-channel``.
+
+        :param monitor: :class:`~.AnalogMonitor`: MONITOR1 (1), MONITOR2 (2).
+        :param motor_channel: channel whose variable is output; page 165 lists 1 and 2;
+            :class:`~.MotorChannel`: MOTCHAN1 (1), MOTCHAN2 (2), MOTCHAN3 (3); from 0 to 65535.
+        :param sys_var: :class:`~.SystemVariable`: POSERROR (1), POSITION (2), IPHASEA (3), IPHASEB
+            (4), IPHASEC (5), IMOT (6).
+        :param scale: scale of a position or position error; its unit is not documented; from
+            -2147483648 to 2147483647.
+        :param offset: offset of a position or position error; its unit is not documented; from
+            -2147483648 to 2147483647.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.ANALOG_MONITOR_CONFIG,
+            timeout,
+            monitor=monitor,
+            motor_channel=motor_channel,
+            sys_var=sys_var,
+            scale=scale,
+            offset=offset,
+        )
+
+
+class WithPosTrigEnState(Part):
+    """State of the position trigger.
+
+    ``MOT_SET_POSTRIGENSTATE``, ``MOT_REQ_POSTRIGENSTATE``, ``MOT_GET_POSTRIGENSTATE``; Issue 37,
+    page 167.
+    """
+
+    async def get_pos_trig_en_state(self, *, timeout: float | None = None) -> v.PosTrigEnState:
+        """Read the state of the position trigger.
+
+        Starts or cancels the pulses at positions that MOT_SET_MOTTRIGIOCONFIG has configured. Only
+        for the BBD301, BBD302 and BBD303.
+
+        ``MOT_REQ_POSTRIGENSTATE``, ``MOT_GET_POSTRIGENSTATE``, Issue 37, page 167. Errata
+        ``apt37-postrigenstate-example``, ``apt37-postrigenstate-get-size``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.POS_TRIG_EN_STATE, timeout)
+
+    async def set_pos_trig_en_state(
+        self,
+        *,
+        state: e.PositionTriggerState | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the state of the position trigger.
+
+        Starts or cancels the pulses at positions that MOT_SET_MOTTRIGIOCONFIG has configured. Only
+        for the BBD301, BBD302 and BBD303. All values are written in one frame.
+
+        Pulses at positions are output only after TRIG_ARM. If the positions change while the
+        trigger is armed, cancel it and arm it again.
+
+        ``MOT_SET_POSTRIGENSTATE``, Issue 37, page 167.
+
+        :param state: :class:`~.PositionTriggerState`: TRIG_ARM (1), TRIG_CANCEL (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(t.POS_TRIG_EN_STATE, timeout, state=state)
+
+    async def change_pos_trig_en_state(
+        self,
+        *,
+        state: e.PositionTriggerState | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.PosTrigEnState:
+        """Change the state of the position trigger.
+
+        Starts or cancels the pulses at positions that MOT_SET_MOTTRIGIOCONFIG has configured. Only
+        for the BBD301, BBD302 and BBD303. Reads the current values, replaces the given ones and
+        writes all of them in one frame, under one lock. Returns the values written.
+
+        Pulses at positions are output only after TRIG_ARM. If the positions change while the
+        trigger is armed, cancel it and arm it again.
+
+        ``MOT_REQ_POSTRIGENSTATE``, ``MOT_GET_POSTRIGENSTATE``, ``MOT_SET_POSTRIGENSTATE``, Issue
+        37, page 167. Errata ``apt37-postrigenstate-example``, ``apt37-postrigenstate-get-size``.
+
+        :param state: :class:`~.PositionTriggerState`: TRIG_ARM (1), TRIG_CANCEL (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(t.POS_TRIG_EN_STATE, timeout, state=state)
 
 
 class WithEncCounter(Part):
     """Encoder counter.
 
-    ``MOT_SET_ENCCOUNTER``, ``MOT_REQ_ENCCOUNTER``, ``MOT_GET_ENCCOUNTER``; page 29.
+    ``MOT_SET_ENCCOUNTER``, ``MOT_REQ_ENCCOUNTER``, ``MOT_GET_ENCCOUNTER``; Issue 3, page 29.
     """
 
     async def get_enc_counter(self, *, timeout: float | None = None) -> v.EncCounter:
@@ -62,7 +725,8 @@ class WithEncCounter(Part):
         Encoder count. Rarely set on brushless DC controllers, where homing after power-up sets the
         counter to the true position.
 
-        ``MOT_REQ_ENCCOUNTER``, ``MOT_GET_ENCCOUNTER``, page 29. Erratum ``apt-req-enccounter-id``.
+        ``MOT_REQ_ENCCOUNTER``, ``MOT_GET_ENCCOUNTER``, Issue 3, page 29. Erratum
+        ``apt-req-enccounter-id``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -85,7 +749,7 @@ class WithEncCounter(Part):
 
         Setting it moves nothing; afterwards, the encoder counts from the new zero.
 
-        ``MOT_SET_ENCCOUNTER``, page 29. Erratum ``apt-counter-examples-200000``.
+        ``MOT_SET_ENCCOUNTER``, Issue 3, page 29. Erratum ``apt-counter-examples-200000``.
 
         :param encoder_count: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
@@ -115,8 +779,8 @@ class WithEncCounter(Part):
 
         Setting it moves nothing; afterwards, the encoder counts from the new zero.
 
-        ``MOT_REQ_ENCCOUNTER``, ``MOT_GET_ENCCOUNTER``, ``MOT_SET_ENCCOUNTER``, page 29. Errata
-        ``apt-counter-examples-200000``, ``apt-req-enccounter-id``.
+        ``MOT_REQ_ENCCOUNTER``, ``MOT_GET_ENCCOUNTER``, ``MOT_SET_ENCCOUNTER``, Issue 3, page 29.
+        Errata ``apt-counter-examples-200000``, ``apt-req-enccounter-id``.
 
         :param encoder_count: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
@@ -138,7 +802,7 @@ class WithEncCounter(Part):
 class WithPosCounter(Part):
     """Position counter.
 
-    ``MOT_SET_POSCOUNTER``, ``MOT_REQ_POSCOUNTER``, ``MOT_GET_POSCOUNTER``; page 28.
+    ``MOT_SET_POSCOUNTER``, ``MOT_REQ_POSCOUNTER``, ``MOT_GET_POSCOUNTER``; Issue 3, page 28.
     """
 
     async def get_pos_counter(self, *, timeout: float | None = None) -> v.PosCounter:
@@ -147,7 +811,7 @@ class WithPosCounter(Part):
         Live position count. Rarely set on brushless DC controllers, where homing after power-up
         sets the counter to the true position.
 
-        ``MOT_REQ_POSCOUNTER``, ``MOT_GET_POSCOUNTER``, page 28.
+        ``MOT_REQ_POSCOUNTER``, ``MOT_GET_POSCOUNTER``, Issue 3, page 28.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -170,7 +834,7 @@ class WithPosCounter(Part):
 
         Setting it moves nothing; afterwards, all positions are counted from the new zero.
 
-        ``MOT_SET_POSCOUNTER``, page 28. Erratum ``apt-counter-examples-200000``.
+        ``MOT_SET_POSCOUNTER``, Issue 3, page 28. Erratum ``apt-counter-examples-200000``.
 
         :param position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
@@ -200,8 +864,8 @@ class WithPosCounter(Part):
 
         Setting it moves nothing; afterwards, all positions are counted from the new zero.
 
-        ``MOT_REQ_POSCOUNTER``, ``MOT_GET_POSCOUNTER``, ``MOT_SET_POSCOUNTER``, page 28. Erratum
-        ``apt-counter-examples-200000``.
+        ``MOT_REQ_POSCOUNTER``, ``MOT_GET_POSCOUNTER``, ``MOT_SET_POSCOUNTER``, Issue 3, page 28.
+        Erratum ``apt-counter-examples-200000``.
 
         :param position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
@@ -223,7 +887,7 @@ class WithPosCounter(Part):
 class WithVelParams(Part):
     """Velocity parameters.
 
-    ``MOT_SET_VELPARAMS``, ``MOT_REQ_VELPARAMS``, ``MOT_GET_VELPARAMS``; pages 30, 31.
+    ``MOT_SET_VELPARAMS``, ``MOT_REQ_VELPARAMS``, ``MOT_GET_VELPARAMS``; Issue 3, pages 30, 31.
     """
 
     async def get_vel_params(self, *, timeout: float | None = None) -> v.VelParams:
@@ -232,7 +896,7 @@ class WithVelParams(Part):
         Trapezoidal velocity profile of one channel, in micro-steps on stepper controllers and
         encoder counts on DC servos.
 
-        ``MOT_REQ_VELPARAMS``, ``MOT_GET_VELPARAMS``, pages 30, 31.
+        ``MOT_REQ_VELPARAMS``, ``MOT_GET_VELPARAMS``, Issue 3, pages 30, 31.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -257,9 +921,9 @@ class WithVelParams(Part):
         Trapezoidal velocity profile of one channel, in micro-steps on stepper controllers and
         encoder counts on DC servos. All values are written in one frame.
 
-        ``MOT_SET_VELPARAMS``, page 30. Errata ``apt-summary-velparams-id``, ``apt-unsigned-long``,
-        ``apt-velocity-units``, ``apt-velparams-example-acceleration``,
-        ``apt-velparams-example-max-velocity``.
+        ``MOT_SET_VELPARAMS``, Issue 3, page 30. Errata ``apt-summary-velparams-id``,
+        ``apt-unsigned-long``, ``apt-velocity-units``, ``apt-velparams-example-acceleration``,
+        ``apt-velparams-example-max-velocity``, ``apt37-signs-of-longs``.
 
         :param min_velocity: Start velocity; currently always zero; in counts; scale to mm/s depends
             on the stage; from -2147483648 to 2147483647; default 0.
@@ -308,9 +972,10 @@ class WithVelParams(Part):
         encoder counts on DC servos. Reads the current values, replaces the given ones and writes
         all of them in one frame, under one lock. Returns the values written.
 
-        ``MOT_REQ_VELPARAMS``, ``MOT_GET_VELPARAMS``, ``MOT_SET_VELPARAMS``, pages 30, 31. Errata
-        ``apt-summary-velparams-id``, ``apt-unsigned-long``, ``apt-velocity-units``,
-        ``apt-velparams-example-acceleration``, ``apt-velparams-example-max-velocity``.
+        ``MOT_REQ_VELPARAMS``, ``MOT_GET_VELPARAMS``, ``MOT_SET_VELPARAMS``, Issue 3, pages 30, 31.
+        Errata ``apt-summary-velparams-id``, ``apt-unsigned-long``, ``apt-velocity-units``,
+        ``apt-velparams-example-acceleration``, ``apt-velparams-example-max-velocity``,
+        ``apt37-signs-of-longs``.
 
         :param min_velocity: Start velocity; currently always zero; in counts; scale to mm/s depends
             on the stage; from -2147483648 to 2147483647; default 0.
@@ -349,7 +1014,7 @@ class WithVelParams(Part):
 class WithJogParams(Part):
     """Jog parameters.
 
-    ``MOT_SET_JOGPARAMS``, ``MOT_REQ_JOGPARAMS``, ``MOT_GET_JOGPARAMS``; pages 32, 33.
+    ``MOT_SET_JOGPARAMS``, ``MOT_REQ_JOGPARAMS``, ``MOT_GET_JOGPARAMS``; Issue 3, pages 32, 33.
     """
 
     async def get_jog_params(self, *, timeout: float | None = None) -> v.JogParams:
@@ -357,7 +1022,7 @@ class WithJogParams(Part):
 
         Settings for MOT_MOVE_JOG, the jog buttons and an external jog signal.
 
-        ``MOT_REQ_JOGPARAMS``, ``MOT_GET_JOGPARAMS``, pages 32, 33.
+        ``MOT_REQ_JOGPARAMS``, ``MOT_GET_JOGPARAMS``, Issue 3, pages 32, 33.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -386,7 +1051,7 @@ class WithJogParams(Part):
         Settings for MOT_MOVE_JOG, the jog buttons and an external jog signal. All values are
         written in one frame.
 
-        ``MOT_SET_JOGPARAMS``, page 32. Errata ``apt-velocity-units``,
+        ``MOT_SET_JOGPARAMS``, Issue 3, page 32. Errata ``apt-velocity-units``,
         ``apt-velparams-example-acceleration``, ``apt-velparams-example-max-velocity``.
 
         :param jog_mode: :class:`~.JogMode`: CONTINUOUS (1), SINGLE_STEP (2).
@@ -451,8 +1116,8 @@ class WithJogParams(Part):
         values, replaces the given ones and writes all of them in one frame, under one lock. Returns
         the values written.
 
-        ``MOT_REQ_JOGPARAMS``, ``MOT_GET_JOGPARAMS``, ``MOT_SET_JOGPARAMS``, pages 32, 33. Errata
-        ``apt-velocity-units``, ``apt-velparams-example-acceleration``,
+        ``MOT_REQ_JOGPARAMS``, ``MOT_GET_JOGPARAMS``, ``MOT_SET_JOGPARAMS``, Issue 3, pages 32, 33.
+        Errata ``apt-velocity-units``, ``apt-velparams-example-acceleration``,
         ``apt-velparams-example-max-velocity``.
 
         :param jog_mode: :class:`~.JogMode`: CONTINUOUS (1), SINGLE_STEP (2).
@@ -503,8 +1168,8 @@ class WithJogParams(Part):
 class WithLimSwitchParams(Part):
     """Limit switch parameters.
 
-    ``MOT_SET_LIMSWITCHPARAMS``, ``MOT_REQ_LIMSWITCHPARAMS``, ``MOT_GET_LIMSWITCHPARAMS``; pages 39,
-    40.
+    ``MOT_SET_LIMSWITCHPARAMS``, ``MOT_REQ_LIMSWITCHPARAMS``, ``MOT_GET_LIMSWITCHPARAMS``; Issue 3,
+    pages 39, 40.
     """
 
     async def get_lim_switch_params(self, *, timeout: float | None = None) -> v.LimSwitchParams:
@@ -512,7 +1177,7 @@ class WithLimSwitchParams(Part):
 
         Hardware and software limits of a channel. Not for BBD10x units.
 
-        ``MOT_REQ_LIMSWITCHPARAMS``, ``MOT_GET_LIMSWITCHPARAMS``, pages 39, 40. Errata
+        ``MOT_REQ_LIMSWITCHPARAMS``, ``MOT_GET_LIMSWITCHPARAMS``, Issue 3, pages 39, 40. Errata
         ``apt-get-limswitchparams-size``, ``apt-limswitch-bbd10x``.
 
         :param timeout: in seconds; default: the timeout of the device.
@@ -539,8 +1204,9 @@ class WithLimSwitchParams(Part):
         Hardware and software limits of a channel. Not for BBD10x units. All values are written in
         one frame.
 
-        ``MOT_SET_LIMSWITCHPARAMS``, page 39. Errata ``apt-limswitch-bbd10x``,
-        ``apt-limswitch-soft-limit-factor``, ``apt-limswitch-upper-bit``, ``apt-unsigned-long``.
+        ``MOT_SET_LIMSWITCHPARAMS``, Issue 3, page 39. Errata ``apt-limswitch-bbd10x``,
+        ``apt-limswitch-soft-limit-factor``, ``apt-limswitch-upper-bit``, ``apt-unsigned-long``,
+        ``apt37-signs-of-longs``.
 
         :param cw_hard_limit: clockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`:
             IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4), BREAKS_HOME_ONLY (5), INDEX_MARK
@@ -598,9 +1264,10 @@ class WithLimSwitchParams(Part):
         replaces the given ones and writes all of them in one frame, under one lock. Returns the
         values written.
 
-        ``MOT_REQ_LIMSWITCHPARAMS``, ``MOT_GET_LIMSWITCHPARAMS``, ``MOT_SET_LIMSWITCHPARAMS``, pages
-        39, 40. Errata ``apt-get-limswitchparams-size``, ``apt-limswitch-bbd10x``,
-        ``apt-limswitch-soft-limit-factor``, ``apt-limswitch-upper-bit``, ``apt-unsigned-long``.
+        ``MOT_REQ_LIMSWITCHPARAMS``, ``MOT_GET_LIMSWITCHPARAMS``, ``MOT_SET_LIMSWITCHPARAMS``, Issue
+        3, pages 39, 40. Errata ``apt-get-limswitchparams-size``, ``apt-limswitch-bbd10x``,
+        ``apt-limswitch-soft-limit-factor``, ``apt-limswitch-upper-bit``, ``apt-unsigned-long``,
+        ``apt37-signs-of-longs``.
 
         :param cw_hard_limit: clockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`:
             IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4), BREAKS_HOME_ONLY (5), INDEX_MARK
@@ -644,10 +1311,122 @@ class WithLimSwitchParams(Part):
         )
 
 
+class WithPowerParams(Part):
+    """Phase power parameters.
+
+    ``MOT_SET_POWERPARAMS``, ``MOT_REQ_POWERPARAMS``, ``MOT_GET_POWERPARAMS``; Issue 37, pages 71,
+    72.
+    """
+
+    async def get_power_params(self, *, timeout: float | None = None) -> v.PowerParams:
+        """Read the phase power parameters.
+
+        Power of the motor phases at rest and during moves, as a share of full power. Less power at
+        rest keeps the motor cooler.
+
+        ``MOT_REQ_POWERPARAMS``, ``MOT_GET_POWERPARAMS``, Issue 37, pages 71, 72.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.POWER_PARAMS, timeout)
+
+    async def set_power_params(
+        self,
+        *,
+        rest_factor: int | None = None,
+        rest_factor_percent: Number | None = None,
+        move_factor: int | None = None,
+        move_factor_percent: Number | None = None,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the phase power parameters.
+
+        Power of the motor phases at rest and during moves, as a share of full power. Less power at
+        rest keeps the motor cooler. All values are written in one frame.
+
+        Setting them changes the current of a motor that is at rest, so a load may slip. The BSC20x,
+        MST602 and TST101 use only the power at rest; they compute the power of a move from its
+        velocity.
+
+        ``MOT_SET_POWERPARAMS``, Issue 37, page 71. Erratum ``apt37-powerparams-example-unit``.
+
+        :param rest_factor: power at rest; in counts of 1 percent; from 1 to 100.
+        :param rest_factor_percent: ``rest_factor`` in percent; from 1 to 100.
+        :param move_factor: Power during moves, typically 100 %. The BSC20x, MST602 and TST101
+            ignore it. In counts of 1 percent; from 1 to 100.
+        :param move_factor_percent: ``move_factor`` in percent; from 1 to 100.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.POWER_PARAMS,
+            timeout,
+            rest_factor=rest_factor,
+            rest_factor_percent=rest_factor_percent,
+            move_factor=move_factor,
+            move_factor_percent=move_factor_percent,
+        )
+
+    async def change_power_params(
+        self,
+        *,
+        rest_factor: int | None = None,
+        rest_factor_percent: Number | None = None,
+        move_factor: int | None = None,
+        move_factor_percent: Number | None = None,
+        timeout: float | None = None,
+    ) -> v.PowerParams:
+        """Change the phase power parameters.
+
+        Power of the motor phases at rest and during moves, as a share of full power. Less power at
+        rest keeps the motor cooler. Reads the current values, replaces the given ones and writes
+        all of them in one frame, under one lock. Returns the values written.
+
+        Setting them changes the current of a motor that is at rest, so a load may slip. The BSC20x,
+        MST602 and TST101 use only the power at rest; they compute the power of a move from its
+        velocity.
+
+        ``MOT_REQ_POWERPARAMS``, ``MOT_GET_POWERPARAMS``, ``MOT_SET_POWERPARAMS``, Issue 37, pages
+        71, 72. Erratum ``apt37-powerparams-example-unit``.
+
+        :param rest_factor: power at rest; in counts of 1 percent; from 1 to 100.
+        :param rest_factor_percent: ``rest_factor`` in percent; from 1 to 100.
+        :param move_factor: Power during moves, typically 100 %. The BSC20x, MST602 and TST101
+            ignore it. In counts of 1 percent; from 1 to 100.
+        :param move_factor_percent: ``move_factor`` in percent; from 1 to 100.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.POWER_PARAMS,
+            timeout,
+            rest_factor=rest_factor,
+            rest_factor_percent=rest_factor_percent,
+            move_factor=move_factor,
+            move_factor_percent=move_factor_percent,
+        )
+
+
 class WithMotStatusBits(Part):
     """Motor status bits.
 
-    ``MOT_REQ_STATUSBITS``, ``MOT_GET_STATUSBITS``; page 81.
+    ``MOT_REQ_STATUSBITS``, ``MOT_GET_STATUSBITS``; Issue 3, page 81.
     """
 
     async def get_status_bits(self, *, timeout: float | None = None) -> v.MotStatusBits:
@@ -655,7 +1434,8 @@ class WithMotStatusBits(Part):
 
         Status bits without position and velocity.
 
-        ``MOT_REQ_STATUSBITS``, ``MOT_GET_STATUSBITS``, page 81.
+        ``MOT_REQ_STATUSBITS``, ``MOT_GET_STATUSBITS``, Issue 3, page 81. Erratum
+        ``apt37-list-get-statusbits``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -665,10 +1445,34 @@ class WithMotStatusBits(Part):
         return await self._get(t.MOT_STATUS_BITS, timeout)
 
 
+class WithAdcInputs(Part):
+    """Analog inputs.
+
+    ``MOT_REQ_ADCINPUTS``, ``MOT_GET_ADCINPUTS``; Issue 37, page 70.
+    """
+
+    async def get_adc_inputs(self, *, timeout: float | None = None) -> v.AdcInputs:
+        """Read the analog inputs.
+
+        Voltage at the analog input of the CONTROL IO connector on the rear panel.
+
+        ``MOT_REQ_ADCINPUTS``, ``MOT_GET_ADCINPUTS``, Issue 37, page 70. Errata
+        ``apt37-adcinputs-breakdown-header``, ``apt37-adcinputs-example-addresses``,
+        ``apt37-adcinputs-example-value``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.ADC_INPUTS, timeout)
+
+
 class WithGenMoveParams(Part):
     """General move parameters.
 
-    ``MOT_SET_GENMOVEPARAMS``, ``MOT_REQ_GENMOVEPARAMS``, ``MOT_GET_GENMOVEPARAMS``; page 34.
+    ``MOT_SET_GENMOVEPARAMS``, ``MOT_REQ_GENMOVEPARAMS``, ``MOT_GET_GENMOVEPARAMS``; Issue 3, page
+    34.
     """
 
     async def get_gen_move_params(self, *, timeout: float | None = None) -> v.GenMoveParams:
@@ -676,7 +1480,7 @@ class WithGenMoveParams(Part):
 
         General move settings; currently only the backlash distance.
 
-        ``MOT_REQ_GENMOVEPARAMS``, ``MOT_GET_GENMOVEPARAMS``, page 34.
+        ``MOT_REQ_GENMOVEPARAMS``, ``MOT_GET_GENMOVEPARAMS``, Issue 3, page 34.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -697,7 +1501,7 @@ class WithGenMoveParams(Part):
         General move settings; currently only the backlash distance. All values are written in one
         frame.
 
-        ``MOT_SET_GENMOVEPARAMS``, page 34.
+        ``MOT_SET_GENMOVEPARAMS``, Issue 3, page 34.
 
         :param backlash_distance: relative distance of the backlash correction; in counts; scale to
             mm depends on the stage; from -2147483648 to 2147483647.
@@ -725,7 +1529,8 @@ class WithGenMoveParams(Part):
         replaces the given ones and writes all of them in one frame, under one lock. Returns the
         values written.
 
-        ``MOT_REQ_GENMOVEPARAMS``, ``MOT_GET_GENMOVEPARAMS``, ``MOT_SET_GENMOVEPARAMS``, page 34.
+        ``MOT_REQ_GENMOVEPARAMS``, ``MOT_GET_GENMOVEPARAMS``, ``MOT_SET_GENMOVEPARAMS``, Issue 3,
+        page 34.
 
         :param backlash_distance: relative distance of the backlash correction; in counts; scale to
             mm depends on the stage; from -2147483648 to 2147483647.
@@ -752,7 +1557,7 @@ class WithGenMoveParams(Part):
 class WithHomeParams(Part):
     """Homing parameters.
 
-    ``MOT_SET_HOMEPARAMS``, ``MOT_REQ_HOMEPARAMS``, ``MOT_GET_HOMEPARAMS``; pages 37, 38.
+    ``MOT_SET_HOMEPARAMS``, ``MOT_REQ_HOMEPARAMS``, ``MOT_GET_HOMEPARAMS``; Issue 37, pages 76, 77.
     """
 
     async def get_home_params(self, *, timeout: float | None = None) -> v.HomeParams:
@@ -760,7 +1565,7 @@ class WithHomeParams(Part):
 
         Homing settings of a channel. They belong to the stage; the MLS203 uses only the velocity.
 
-        ``MOT_REQ_HOMEPARAMS``, ``MOT_GET_HOMEPARAMS``, pages 37, 38.
+        ``MOT_REQ_HOMEPARAMS``, ``MOT_GET_HOMEPARAMS``, Issue 37, pages 76, 77.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -772,8 +1577,8 @@ class WithHomeParams(Part):
     async def set_home_params(
         self,
         *,
-        home_direction: int,
-        limit_switch: int,
+        home_direction: e.HomeDirection | str | int,
+        limit_switch: e.HomeLimitSwitch | str | int,
         home_velocity: int | None = None,
         velocity_mm_per_s: Number | None = None,
         offset_distance: int | None = None,
@@ -785,18 +1590,22 @@ class WithHomeParams(Part):
         Homing settings of a channel. They belong to the stage; the MLS203 uses only the velocity.
         All values are written in one frame.
 
-        ``MOT_SET_HOMEPARAMS``, page 37. Errata ``apt-homeparams-example-velocity``,
-        ``apt-summary-homeparams-id``, ``apt-unsigned-long``.
+        The MLJ050 and MLJ150 report the end of moves and of homing only after they have received
+        these parameters (page 41).
 
-        :param home_direction: ignored for the MLS203, which homes in the positive direction; no
-            values are documented; from 0 to 65535.
-        :param limit_switch: ignored for the MLS203, which homes without limit switches; no values
-            are documented; from 0 to 65535.
+        ``MOT_SET_HOMEPARAMS``, Issue 37, page 76. Errata ``apt37-homeparams-zero``,
+        ``apt37-signs-of-longs``.
+
+        :param home_direction: Direction of homing. Ignored for the MLS203, which homes in the
+            positive direction. :class:`~.HomeDirection`: FORWARD (1), REVERSE (2); from 0 to 65535.
+        :param limit_switch: Limit switch at the home position. Ignored for the MLS203, which homes
+            without limit switches. :class:`~.HomeLimitSwitch`: REVERSE (1), FORWARD (4); from 0 to
+            65535.
         :param home_velocity: in counts; scale to mm/s depends on the stage; from 0 to 4294967295.
         :param velocity_mm_per_s: ``home_velocity`` in mm/s; the scale depends on the stage and its
             controller.
-        :param offset_distance: not used for the MLS203; in counts; scale to mm depends on the
-            stage; from -2147483648 to 2147483647.
+        :param offset_distance: distance of the home position from the limit switch; not used for
+            the MLS203; in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param offset_distance_mm: ``offset_distance`` in mm; the scale depends on the stage and its
             controller.
         :param timeout: in seconds; default: the timeout of the device.
@@ -821,8 +1630,8 @@ class WithHomeParams(Part):
     async def change_home_params(
         self,
         *,
-        home_direction: int | None = None,
-        limit_switch: int | None = None,
+        home_direction: e.HomeDirection | str | int | None = None,
+        limit_switch: e.HomeLimitSwitch | str | int | None = None,
         home_velocity: int | None = None,
         velocity_mm_per_s: Number | None = None,
         offset_distance: int | None = None,
@@ -835,18 +1644,22 @@ class WithHomeParams(Part):
         Reads the current values, replaces the given ones and writes all of them in one frame, under
         one lock. Returns the values written.
 
-        ``MOT_REQ_HOMEPARAMS``, ``MOT_GET_HOMEPARAMS``, ``MOT_SET_HOMEPARAMS``, pages 37, 38. Errata
-        ``apt-homeparams-example-velocity``, ``apt-summary-homeparams-id``, ``apt-unsigned-long``.
+        The MLJ050 and MLJ150 report the end of moves and of homing only after they have received
+        these parameters (page 41).
 
-        :param home_direction: ignored for the MLS203, which homes in the positive direction; no
-            values are documented; from 0 to 65535.
-        :param limit_switch: ignored for the MLS203, which homes without limit switches; no values
-            are documented; from 0 to 65535.
+        ``MOT_REQ_HOMEPARAMS``, ``MOT_GET_HOMEPARAMS``, ``MOT_SET_HOMEPARAMS``, Issue 37, pages 76,
+        77. Errata ``apt37-homeparams-zero``, ``apt37-signs-of-longs``.
+
+        :param home_direction: Direction of homing. Ignored for the MLS203, which homes in the
+            positive direction. :class:`~.HomeDirection`: FORWARD (1), REVERSE (2); from 0 to 65535.
+        :param limit_switch: Limit switch at the home position. Ignored for the MLS203, which homes
+            without limit switches. :class:`~.HomeLimitSwitch`: REVERSE (1), FORWARD (4); from 0 to
+            65535.
         :param home_velocity: in counts; scale to mm/s depends on the stage; from 0 to 4294967295.
         :param velocity_mm_per_s: ``home_velocity`` in mm/s; the scale depends on the stage and its
             controller.
-        :param offset_distance: not used for the MLS203; in counts; scale to mm depends on the
-            stage; from -2147483648 to 2147483647.
+        :param offset_distance: distance of the home position from the limit switch; not used for
+            the MLS203; in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param offset_distance_mm: ``offset_distance`` in mm; the scale depends on the stage and its
             controller.
         :param timeout: in seconds; default: the timeout of the device.
@@ -875,7 +1688,7 @@ class WithHomeParams(Part):
 class CanHome(Part):
     """Home the axis.
 
-    ``MOT_MOVE_HOME``; page 41.
+    ``MOT_MOVE_HOME``; Issue 3, page 41.
     """
 
     async def home(self, *, timeout: float | None = None) -> MotionEnd:
@@ -883,7 +1696,7 @@ class CanHome(Part):
 
         Starts homing with the settings of MOT_SET_HOMEPARAMS. Waits until the motion has ended.
 
-        ``MOT_MOVE_HOME``, page 41.
+        ``MOT_MOVE_HOME``, Issue 3, page 41.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises MotionUnderWayError: if a motion is under way; nothing is sent.
@@ -902,7 +1715,7 @@ class CanHome(Part):
         Starts homing with the settings of MOT_SET_HOMEPARAMS. Returns a handle for the motion as
         soon as the message is sent.
 
-        ``MOT_MOVE_HOME``, page 41.
+        ``MOT_MOVE_HOME``, Issue 3, page 41.
 
         :raises MotionUnderWayError: if a motion is under way; nothing is sent.
         :raises TransportLostError: if the connection is lost.
@@ -914,7 +1727,8 @@ class CanHome(Part):
 class WithMoveRelParams(Part):
     """Stored relative distance.
 
-    ``MOT_SET_MOVERELPARAMS``, ``MOT_REQ_MOVERELPARAMS``, ``MOT_GET_MOVERELPARAMS``; page 35.
+    ``MOT_SET_MOVERELPARAMS``, ``MOT_REQ_MOVERELPARAMS``, ``MOT_GET_MOVERELPARAMS``; Issue 3, page
+    35.
     """
 
     async def get_move_rel_params(self, *, timeout: float | None = None) -> v.MoveRelParams:
@@ -923,7 +1737,7 @@ class WithMoveRelParams(Part):
         Distance that the controller stores for the next relative move started with the short form
         of MOT_MOVE_RELATIVE.
 
-        ``MOT_REQ_MOVERELPARAMS``, ``MOT_GET_MOVERELPARAMS``, page 35.
+        ``MOT_REQ_MOVERELPARAMS``, ``MOT_GET_MOVERELPARAMS``, Issue 3, page 35.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -944,7 +1758,7 @@ class WithMoveRelParams(Part):
         Distance that the controller stores for the next relative move started with the short form
         of MOT_MOVE_RELATIVE. All values are written in one frame.
 
-        ``MOT_SET_MOVERELPARAMS``, page 35.
+        ``MOT_SET_MOVERELPARAMS``, Issue 3, page 35.
 
         :param relative_distance: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
@@ -972,7 +1786,8 @@ class WithMoveRelParams(Part):
         of MOT_MOVE_RELATIVE. Reads the current values, replaces the given ones and writes all of
         them in one frame, under one lock. Returns the values written.
 
-        ``MOT_REQ_MOVERELPARAMS``, ``MOT_GET_MOVERELPARAMS``, ``MOT_SET_MOVERELPARAMS``, page 35.
+        ``MOT_REQ_MOVERELPARAMS``, ``MOT_GET_MOVERELPARAMS``, ``MOT_SET_MOVERELPARAMS``, Issue 3,
+        page 35.
 
         :param relative_distance: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
@@ -999,7 +1814,7 @@ class WithMoveRelParams(Part):
 class CanMoveRelative(Part):
     """Move by a distance.
 
-    ``MOT_MOVE_RELATIVE``; page 42.
+    ``MOT_MOVE_RELATIVE``; Issue 3, page 42.
     """
 
     async def move_relative(
@@ -1014,7 +1829,7 @@ class CanMoveRelative(Part):
         Starts a move by a distance. The short form uses the stored distance; the long form carries
         its own. Waits until the motion has ended.
 
-        ``MOT_MOVE_RELATIVE``, page 42.
+        ``MOT_MOVE_RELATIVE``, Issue 3, page 42.
 
         :param counts: in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; the scale depends on the stage and its controller.
@@ -1046,7 +1861,7 @@ class CanMoveRelative(Part):
         Starts a move by a distance. The short form uses the stored distance; the long form carries
         its own. Returns a handle for the motion as soon as the message is sent.
 
-        ``MOT_MOVE_RELATIVE``, page 42.
+        ``MOT_MOVE_RELATIVE``, Issue 3, page 42.
 
         :param counts: in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; the scale depends on the stage and its controller.
@@ -1069,7 +1884,7 @@ class CanMoveRelative(Part):
 
         Moves by the distance stored with MOT_SET_MOVERELPARAMS.
 
-        ``MOT_MOVE_RELATIVE``, page 42.
+        ``MOT_MOVE_RELATIVE``, Issue 3, page 42.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises MotionUnderWayError: if a motion is under way; nothing is sent.
@@ -1091,7 +1906,7 @@ class CanMoveRelative(Part):
 
         Moves by the distance stored with MOT_SET_MOVERELPARAMS.
 
-        ``MOT_MOVE_RELATIVE``, page 42.
+        ``MOT_MOVE_RELATIVE``, Issue 3, page 42.
 
         :raises MotionUnderWayError: if a motion is under way; nothing is sent.
         :raises TransportLostError: if the connection is lost.
@@ -1103,7 +1918,8 @@ class CanMoveRelative(Part):
 class WithMoveAbsParams(Part):
     """Stored absolute position.
 
-    ``MOT_SET_MOVEABSPARAMS``, ``MOT_REQ_MOVEABSPARAMS``, ``MOT_GET_MOVEABSPARAMS``; page 36.
+    ``MOT_SET_MOVEABSPARAMS``, ``MOT_REQ_MOVEABSPARAMS``, ``MOT_GET_MOVEABSPARAMS``; Issue 3, page
+    36.
     """
 
     async def get_move_abs_params(self, *, timeout: float | None = None) -> v.MoveAbsParams:
@@ -1112,7 +1928,7 @@ class WithMoveAbsParams(Part):
         Position that the controller stores for the next absolute move started with the short form
         of MOT_MOVE_ABSOLUTE.
 
-        ``MOT_REQ_MOVEABSPARAMS``, ``MOT_GET_MOVEABSPARAMS``, page 36.
+        ``MOT_REQ_MOVEABSPARAMS``, ``MOT_GET_MOVEABSPARAMS``, Issue 3, page 36.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1133,7 +1949,7 @@ class WithMoveAbsParams(Part):
         Position that the controller stores for the next absolute move started with the short form
         of MOT_MOVE_ABSOLUTE. All values are written in one frame.
 
-        ``MOT_SET_MOVEABSPARAMS``, page 36.
+        ``MOT_SET_MOVEABSPARAMS``, Issue 3, page 36.
 
         :param absolute_position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
@@ -1161,7 +1977,8 @@ class WithMoveAbsParams(Part):
         of MOT_MOVE_ABSOLUTE. Reads the current values, replaces the given ones and writes all of
         them in one frame, under one lock. Returns the values written.
 
-        ``MOT_REQ_MOVEABSPARAMS``, ``MOT_GET_MOVEABSPARAMS``, ``MOT_SET_MOVEABSPARAMS``, page 36.
+        ``MOT_REQ_MOVEABSPARAMS``, ``MOT_GET_MOVEABSPARAMS``, ``MOT_SET_MOVEABSPARAMS``, Issue 3,
+        page 36.
 
         :param absolute_position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
@@ -1188,7 +2005,7 @@ class WithMoveAbsParams(Part):
 class CanMoveAbsolute(Part):
     """Move to a position.
 
-    ``MOT_MOVE_ABSOLUTE``; page 45.
+    ``MOT_MOVE_ABSOLUTE``; Issue 3, page 45.
     """
 
     async def move_absolute(
@@ -1203,7 +2020,7 @@ class CanMoveAbsolute(Part):
         Starts a move to a position. The short form uses the stored position; the long form carries
         its own. Waits until the motion has ended.
 
-        ``MOT_MOVE_ABSOLUTE``, page 45.
+        ``MOT_MOVE_ABSOLUTE``, Issue 3, page 45.
 
         :param counts: the position to move to; in counts; scale to mm depends on the stage; from
             -2147483648 to 2147483647.
@@ -1236,7 +2053,7 @@ class CanMoveAbsolute(Part):
         Starts a move to a position. The short form uses the stored position; the long form carries
         its own. Returns a handle for the motion as soon as the message is sent.
 
-        ``MOT_MOVE_ABSOLUTE``, page 45.
+        ``MOT_MOVE_ABSOLUTE``, Issue 3, page 45.
 
         :param counts: the position to move to; in counts; scale to mm depends on the stage; from
             -2147483648 to 2147483647.
@@ -1260,7 +2077,7 @@ class CanMoveAbsolute(Part):
 
         Moves to the position stored with MOT_SET_MOVEABSPARAMS.
 
-        ``MOT_MOVE_ABSOLUTE``, page 45.
+        ``MOT_MOVE_ABSOLUTE``, Issue 3, page 45.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises MotionUnderWayError: if a motion is under way; nothing is sent.
@@ -1282,7 +2099,7 @@ class CanMoveAbsolute(Part):
 
         Moves to the position stored with MOT_SET_MOVEABSPARAMS.
 
-        ``MOT_MOVE_ABSOLUTE``, page 45.
+        ``MOT_MOVE_ABSOLUTE``, Issue 3, page 45.
 
         :raises MotionUnderWayError: if a motion is under way; nothing is sent.
         :raises TransportLostError: if the connection is lost.
@@ -1294,7 +2111,7 @@ class CanMoveAbsolute(Part):
 class CanMoveVelocity(Part):
     """Move at constant velocity.
 
-    ``MOT_MOVE_VELOCITY``; page 48.
+    ``MOT_MOVE_VELOCITY``; Issue 37, page 87.
     """
 
     async def move_velocity(
@@ -1305,18 +2122,18 @@ class CanMoveVelocity(Part):
     ) -> MotionEnd:
         """Move at constant velocity.
 
-        Moves in one direction until a stop command or a limit switch. According to the document,
-        MOT_SET_MOVEVELPARAMS sets the velocity. Waits until the motion has ended.
+        Moves in one direction until a stop command or a limit switch, with the settings of
+        MOT_SET_VELPARAMS. Waits until the motion has ended.
 
-        No page says whether the position counter rises or falls in the direction FORWARD, which
-        page 77 calls clockwise (CW). In two public drivers it falls on TDC001 and KDC101, so first
+        No page says whether the position counter rises or falls in the direction FORWARD (erratum
+        apt-clockwise-without-sign). In two public drivers it falls on TDC001 and KDC101, so first
         try a slow move far from both ends of the travel.
 
-        ``MOT_MOVE_VELOCITY``, page 48. Errata ``apt-clockwise-without-sign``,
-        ``apt-header-parameters-as-word``, ``apt-move-completed-scope``,
-        ``apt-movevelparams-undefined``.
+        ``MOT_MOVE_VELOCITY``, Issue 37, page 87.
 
-        :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
+        :param direction: The MST602 has the direction of channel 1 in the lower four bits and that
+            of channel 2 in the upper four: 0x10 moves channel 2 forward and 0x20 in reverse;
+            :class:`~.MoveDirection`: FORWARD (1), REVERSE (2); from 0 to 255.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1334,19 +2151,18 @@ class CanMoveVelocity(Part):
     async def start_move_velocity(self, direction: e.MoveDirection | str | int) -> Motion:
         """Move at constant velocity without waiting for the end.
 
-        Moves in one direction until a stop command or a limit switch. According to the document,
-        MOT_SET_MOVEVELPARAMS sets the velocity. Returns a handle for the motion as soon as the
-        message is sent.
+        Moves in one direction until a stop command or a limit switch, with the settings of
+        MOT_SET_VELPARAMS. Returns a handle for the motion as soon as the message is sent.
 
-        No page says whether the position counter rises or falls in the direction FORWARD, which
-        page 77 calls clockwise (CW). In two public drivers it falls on TDC001 and KDC101, so first
+        No page says whether the position counter rises or falls in the direction FORWARD (erratum
+        apt-clockwise-without-sign). In two public drivers it falls on TDC001 and KDC101, so first
         try a slow move far from both ends of the travel.
 
-        ``MOT_MOVE_VELOCITY``, page 48. Errata ``apt-clockwise-without-sign``,
-        ``apt-header-parameters-as-word``, ``apt-move-completed-scope``,
-        ``apt-movevelparams-undefined``.
+        ``MOT_MOVE_VELOCITY``, Issue 37, page 87.
 
-        :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
+        :param direction: The MST602 has the direction of channel 1 in the lower four bits and that
+            of channel 2 in the upper four: 0x10 moves channel 2 forward and 0x20 in reverse;
+            :class:`~.MoveDirection`: FORWARD (1), REVERSE (2); from 0 to 255.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
         :raises BadValueError: if a value has the wrong type; nothing is sent.
@@ -1360,7 +2176,7 @@ class CanMoveVelocity(Part):
 class CanStop(Part):
     """Stop the axis.
 
-    ``MOT_MOVE_STOP``; page 49.
+    ``MOT_MOVE_STOP``; Issue 3, page 49.
     """
 
     async def stop(
@@ -1374,7 +2190,7 @@ class CanStop(Part):
         Stops any movement of a channel: relative, absolute, at constant velocity or homing. Sent
         ahead of all waiting requests.
 
-        ``MOT_MOVE_STOP``, page 49. Errata ``apt-header-parameters-as-word``,
+        ``MOT_MOVE_STOP``, Issue 3, page 49. Errata ``apt-header-parameters-as-word``,
         ``apt-lists-against-chapters``.
 
         :param stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
@@ -1392,7 +2208,7 @@ class CanStop(Part):
 class CanJog(Part):
     """Jog the axis.
 
-    ``MOT_MOVE_JOG``; page 47.
+    ``MOT_MOVE_JOG``; Issue 3, page 47.
     """
 
     async def jog(
@@ -1411,7 +2227,7 @@ class CanJog(Part):
         or falls in the direction FORWARD, which page 77 calls clockwise (CW). In two public drivers
         it falls on TDC001 and KDC101, so try a small step first.
 
-        ``MOT_MOVE_JOG``, page 47. Errata ``apt-clockwise-without-sign``,
+        ``MOT_MOVE_JOG``, Issue 3, page 47. Errata ``apt-clockwise-without-sign``,
         ``apt-header-parameters-as-word``, ``apt-move-completed-scope``.
 
         :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
@@ -1442,7 +2258,7 @@ class CanJog(Part):
         or falls in the direction FORWARD, which page 77 calls clockwise (CW). In two public drivers
         it falls on TDC001 and KDC101, so try a small step first.
 
-        ``MOT_MOVE_JOG``, page 47. Errata ``apt-clockwise-without-sign``,
+        ``MOT_MOVE_JOG``, Issue 3, page 47. Errata ``apt-clockwise-without-sign``,
         ``apt-header-parameters-as-word``, ``apt-move-completed-scope``.
 
         :param direction: :class:`~.MoveDirection`: FORWARD (1), REVERSE (2).
@@ -1459,7 +2275,7 @@ class CanJog(Part):
 class CanSuspendEndOfMoveMsgs(Part):
     """Suspend the end-of-move messages.
 
-    ``MOT_SUSPEND_ENDOFMOVEMSGS``; page 82.
+    ``MOT_SUSPEND_ENDOFMOVEMSGS``; Issue 3, page 82.
     """
 
     async def suspend_end_of_move_msgs(self, *, timeout: float | None = None) -> None:
@@ -1468,7 +2284,7 @@ class CanSuspendEndOfMoveMsgs(Part):
         Switches off the unsolicited end-of-move and error messages, for clients that cannot accept
         them at any time.
 
-        ``MOT_SUSPEND_ENDOFMOVEMSGS``, page 82.
+        ``MOT_SUSPEND_ENDOFMOVEMSGS``, Issue 3, page 82.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -1480,7 +2296,7 @@ class CanSuspendEndOfMoveMsgs(Part):
 class CanResumeEndOfMoveMsgs(Part):
     """Resume the end-of-move messages.
 
-    ``MOT_RESUME_ENDOFMOVEMSGS``; page 83.
+    ``MOT_RESUME_ENDOFMOVEMSGS``; Issue 3, page 83.
     """
 
     async def resume_end_of_move_msgs(self, *, timeout: float | None = None) -> None:
@@ -1488,7 +2304,8 @@ class CanResumeEndOfMoveMsgs(Part):
 
         Switches the unsolicited end-of-move and error messages back on; they are on after power-up.
 
-        ``MOT_RESUME_ENDOFMOVEMSGS``, page 83. Erratum ``apt-resume-disables``.
+        ``MOT_RESUME_ENDOFMOVEMSGS``, Issue 3, page 83. Errata ``apt-resume-disables``,
+        ``apt37-resume-disables``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -1500,7 +2317,7 @@ class CanResumeEndOfMoveMsgs(Part):
 class WithStatusUpdate(Part):
     """Read the position and status.
 
-    ``MOT_REQ_STATUSUPDATE``; page 78.
+    ``MOT_REQ_STATUSUPDATE``; Issue 3, page 78.
     """
 
     async def get_status_update(self, *, timeout: float | None = None) -> v.StatusUpdate:
@@ -1509,7 +2326,8 @@ class WithStatusUpdate(Part):
         Requests one status update, for clients that do not want periodic updates. Waits for the
         reply.
 
-        ``MOT_REQ_STATUSUPDATE``, page 78. Erratum ``apt-req-statusupdate-table-id``.
+        ``MOT_REQ_STATUSUPDATE``, Issue 3, page 78. Errata ``apt-req-statusupdate-table-id``,
+        ``apt37-list-stepper-status``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1522,7 +2340,7 @@ class WithStatusUpdate(Part):
 class WithDcStatusUpdate(Part):
     """Read the position, velocity and status.
 
-    ``MOT_REQ_DCSTATUSUPDATE``; page 80.
+    ``MOT_REQ_DCSTATUSUPDATE``; Issue 3, page 80.
     """
 
     async def get_dc_status_update(self, *, timeout: float | None = None) -> v.DcStatusUpdate:
@@ -1531,7 +2349,7 @@ class WithDcStatusUpdate(Part):
         Requests one DC status update, for clients that do not want periodic updates. Waits for the
         reply.
 
-        ``MOT_REQ_DCSTATUSUPDATE``, page 80.
+        ``MOT_REQ_DCSTATUSUPDATE``, Issue 3, page 80.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1544,7 +2362,7 @@ class WithDcStatusUpdate(Part):
 class CanAckDcStatusUpdate(Part):
     """Acknowledge the status updates.
 
-    ``MOT_ACK_DCSTATUSUPDATE``; page 80.
+    ``MOT_ACK_DCSTATUSUPDATE``; Issue 3, page 80.
     """
 
     async def ack_dc_status_update(self, *, timeout: float | None = None) -> None:
@@ -1553,8 +2371,8 @@ class CanAckDcStatusUpdate(Part):
         Server alive. USB only. Send it at least once a second, or the controller stops sending
         after about 50 status messages, including completed moves. It has no answer.
 
-        ``MOT_ACK_DCSTATUSUPDATE``, page 80. Errata ``apt-ack-dcstatusupdate-table-id``,
-        ``apt-ack-fifty``.
+        ``MOT_ACK_DCSTATUSUPDATE``, Issue 3, page 80. Errata ``apt-ack-dcstatusupdate-table-id``,
+        ``apt-ack-fifty``, ``apt37-ack-fifty``, ``apt37-list-server-alive``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -1566,7 +2384,8 @@ class CanAckDcStatusUpdate(Part):
 class WithDcPidParams(Part):
     """DC servo PID parameters.
 
-    ``MOT_SET_DCPIDPARAMS``, ``MOT_REQ_DCPIDPARAMS``, ``MOT_GET_DCPIDPARAMS``; pages 51, 52.
+    ``MOT_SET_DCPIDPARAMS``, ``MOT_REQ_DCPIDPARAMS``, ``MOT_GET_DCPIDPARAMS``; Issue 3, pages 51,
+    52.
     """
 
     async def get_dc_pid_params(self, *, timeout: float | None = None) -> v.DcPidParams:
@@ -1575,7 +2394,7 @@ class WithDcPidParams(Part):
         Position loop of LM628/629 based DC servo controllers, so far only the TDC001. See the data
         sheet of that chip for details.
 
-        ``MOT_REQ_DCPIDPARAMS``, ``MOT_GET_DCPIDPARAMS``, pages 51, 52. Erratum
+        ``MOT_REQ_DCPIDPARAMS``, ``MOT_GET_DCPIDPARAMS``, Issue 3, pages 51, 52. Erratum
         ``apt-dcpidparams-table-ids``.
 
         :param timeout: in seconds; default: the timeout of the device.
@@ -1603,7 +2422,7 @@ class WithDcPidParams(Part):
         Setting them starts no move; a channel that holds its position uses the new values
         immediately.
 
-        ``MOT_SET_DCPIDPARAMS``, page 51. Erratum ``apt-dcpidparams-example-short``.
+        ``MOT_SET_DCPIDPARAMS``, Issue 3, page 51. Erratum ``apt-dcpidparams-example-short``.
 
         :param proportional: proportional gain; from 0 to 32767.
         :param integral: integral gain; from 0 to 32767.
@@ -1649,8 +2468,8 @@ class WithDcPidParams(Part):
         Setting them starts no move; a channel that holds its position uses the new values
         immediately.
 
-        ``MOT_REQ_DCPIDPARAMS``, ``MOT_GET_DCPIDPARAMS``, ``MOT_SET_DCPIDPARAMS``, pages 51, 52.
-        Errata ``apt-dcpidparams-example-short``, ``apt-dcpidparams-table-ids``.
+        ``MOT_REQ_DCPIDPARAMS``, ``MOT_GET_DCPIDPARAMS``, ``MOT_SET_DCPIDPARAMS``, Issue 3, pages
+        51, 52. Errata ``apt-dcpidparams-example-short``, ``apt-dcpidparams-table-ids``.
 
         :param proportional: proportional gain; from 0 to 32767.
         :param integral: integral gain; from 0 to 32767.
@@ -1683,7 +2502,7 @@ class WithDcPidParams(Part):
 class WithPotParams(Part):
     """Potentiometer parameters.
 
-    ``MOT_SET_POTPARAMS``, ``MOT_REQ_POTPARAMS``, ``MOT_GET_POTPARAMS``; pages 55, 57.
+    ``MOT_SET_POTPARAMS``, ``MOT_REQ_POTPARAMS``, ``MOT_GET_POTPARAMS``; Issue 3, pages 55, 57.
     """
 
     async def get_pot_params(self, *, timeout: float | None = None) -> v.PotParams:
@@ -1693,8 +2512,9 @@ class WithPotParams(Part):
         same in both directions. Each deflection must be greater than the one before it; equal
         speeds are allowed.
 
-        ``MOT_REQ_POTPARAMS``, ``MOT_GET_POTPARAMS``, pages 55, 57. Errata
-        ``apt-get-potparams-size``, ``apt-req-potparams-table-id``.
+        ``MOT_REQ_POTPARAMS``, ``MOT_GET_POTPARAMS``, Issue 3, pages 55, 57. Errata
+        ``apt-get-potparams-size``, ``apt-req-potparams-table-id``, ``apt37-potparams-get-table``,
+        ``apt37-requests-of-other-sets``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1726,7 +2546,7 @@ class WithPotParams(Part):
         same in both directions. Each deflection must be greater than the one before it; equal
         speeds are allowed. All values are written in one frame.
 
-        ``MOT_SET_POTPARAMS``, page 55. Errata ``apt-potparams-deflection-rows``,
+        ``MOT_SET_POTPARAMS``, Issue 3, page 55. Errata ``apt-potparams-deflection-rows``,
         ``apt-potparams-example-bytes``, ``apt-potparams-velocities-multiplied``.
 
         :param zero_wnd: deflection in ADC counts before motion starts; from 0 to 127.
@@ -1794,10 +2614,11 @@ class WithPotParams(Part):
         speeds are allowed. Reads the current values, replaces the given ones and writes all of them
         in one frame, under one lock. Returns the values written.
 
-        ``MOT_REQ_POTPARAMS``, ``MOT_GET_POTPARAMS``, ``MOT_SET_POTPARAMS``, pages 55, 57. Errata
-        ``apt-get-potparams-size``, ``apt-potparams-deflection-rows``,
+        ``MOT_REQ_POTPARAMS``, ``MOT_GET_POTPARAMS``, ``MOT_SET_POTPARAMS``, Issue 3, pages 55, 57.
+        Errata ``apt-get-potparams-size``, ``apt-potparams-deflection-rows``,
         ``apt-potparams-example-bytes``, ``apt-potparams-velocities-multiplied``,
-        ``apt-req-potparams-table-id``.
+        ``apt-req-potparams-table-id``, ``apt37-potparams-get-table``,
+        ``apt37-requests-of-other-sets``.
 
         :param zero_wnd: deflection in ADC counts before motion starts; from 0 to 127.
         :param vel1: speed from zero_wnd to wnd1; in counts; scale to mm/s depends on the stage;
@@ -1847,7 +2668,7 @@ class WithPotParams(Part):
 class WithAvModes(Part):
     """Keypad LED modes.
 
-    ``MOT_SET_AVMODES``, ``MOT_REQ_AVMODES``, ``MOT_GET_AVMODES``; pages 53, 54.
+    ``MOT_SET_AVMODES``, ``MOT_REQ_AVMODES``, ``MOT_GET_AVMODES``; Issue 3, pages 53, 54.
     """
 
     async def get_av_modes(self, *, timeout: float | None = None) -> v.AvModes:
@@ -1855,8 +2676,8 @@ class WithAvModes(Part):
 
         Events that the LED on the control keypad shows, for rooms where stray light is a problem.
 
-        ``MOT_REQ_AVMODES``, ``MOT_GET_AVMODES``, pages 53, 54. Erratum
-        ``apt-req-avmodes-table-id``.
+        ``MOT_REQ_AVMODES``, ``MOT_GET_AVMODES``, Issue 3, pages 53, 54. Errata
+        ``apt-req-avmodes-table-id``, ``apt37-requests-of-other-sets``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1876,7 +2697,7 @@ class WithAvModes(Part):
         Events that the LED on the control keypad shows, for rooms where stray light is a problem.
         All values are written in one frame.
 
-        ``MOT_SET_AVMODES``, page 53. Erratum ``apt-avmodes-decimal``.
+        ``MOT_SET_AVMODES``, Issue 3, page 53. Erratum ``apt-avmodes-decimal``.
 
         :param mode_bits: :class:`~.LedMode`: ledmode_ident (0x1), ledmode_limitswitch (0x2),
             ledmode_moving (0x8), or several joined by ``|``.
@@ -1901,8 +2722,8 @@ class WithAvModes(Part):
         Reads the current values, replaces the given ones and writes all of them in one frame, under
         one lock. Returns the values written.
 
-        ``MOT_REQ_AVMODES``, ``MOT_GET_AVMODES``, ``MOT_SET_AVMODES``, pages 53, 54. Errata
-        ``apt-avmodes-decimal``, ``apt-req-avmodes-table-id``.
+        ``MOT_REQ_AVMODES``, ``MOT_GET_AVMODES``, ``MOT_SET_AVMODES``, Issue 3, pages 53, 54. Errata
+        ``apt-avmodes-decimal``, ``apt-req-avmodes-table-id``, ``apt37-requests-of-other-sets``.
 
         :param mode_bits: :class:`~.LedMode`: ledmode_ident (0x1), ledmode_limitswitch (0x2),
             ledmode_moving (0x8), or several joined by ``|``.
@@ -1921,7 +2742,8 @@ class WithAvModes(Part):
 class WithButtonParams(Part):
     """Button parameters.
 
-    ``MOT_SET_BUTTONPARAMS``, ``MOT_REQ_BUTTONPARAMS``, ``MOT_GET_BUTTONPARAMS``; pages 58, 59.
+    ``MOT_SET_BUTTONPARAMS``, ``MOT_REQ_BUTTONPARAMS``, ``MOT_GET_BUTTONPARAMS``; Issue 37, pages
+    100, 101.
     """
 
     async def get_button_params(self, *, timeout: float | None = None) -> v.ButtonParams:
@@ -1929,9 +2751,7 @@ class WithButtonParams(Part):
 
         Function of the two buttons on the front panel.
 
-        ``MOT_REQ_BUTTONPARAMS``, ``MOT_GET_BUTTONPARAMS``, pages 58, 59. Errata
-        ``apt-buttonparams-length``, ``apt-get-buttonparams-table-id``,
-        ``apt-req-buttonparams-table-id``.
+        ``MOT_REQ_BUTTONPARAMS``, ``MOT_GET_BUTTONPARAMS``, Issue 37, pages 100, 101.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1956,9 +2776,7 @@ class WithButtonParams(Part):
 
         Function of the two buttons on the front panel. All values are written in one frame.
 
-        ``MOT_SET_BUTTONPARAMS``, page 58. Errata ``apt-buttonparams-example-bytes``,
-        ``apt-buttonparams-length``, ``apt-buttonparams-position2``,
-        ``apt-buttonparams-unused-row``.
+        ``MOT_SET_BUTTONPARAMS``, Issue 37, page 100. Erratum ``apt37-buttonparams-time-out-unit``.
 
         :param mode: :class:`~.ButtonMode`: JOG (1), GO_TO_POSITION (2).
         :param position1: position of the top button; only in GO_TO_POSITION mode; in counts; scale
@@ -1967,8 +2785,9 @@ class WithButtonParams(Part):
         :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param position2_mm: ``position2`` in mm; the scale depends on the stage and its controller.
-        :param time_out: How long both buttons must be held to home, or one button to store the
-            present position; applies in either mode; in counts of 1 ms; from 0 to 65535.
+        :param time_out: TimeOut1 in Issue 37: how long button 1 must be held to home, together with
+            button 2, or to store the present position; applies in either mode. Page 100 says that
+            it is not for the TDC001. In counts of 1 ms; from 0 to 65535.
         :param time_out_ms: ``time_out`` in ms; from 0 to 65535.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
@@ -2007,10 +2826,8 @@ class WithButtonParams(Part):
         Function of the two buttons on the front panel. Reads the current values, replaces the given
         ones and writes all of them in one frame, under one lock. Returns the values written.
 
-        ``MOT_REQ_BUTTONPARAMS``, ``MOT_GET_BUTTONPARAMS``, ``MOT_SET_BUTTONPARAMS``, pages 58, 59.
-        Errata ``apt-buttonparams-example-bytes``, ``apt-buttonparams-length``,
-        ``apt-buttonparams-position2``, ``apt-buttonparams-unused-row``,
-        ``apt-get-buttonparams-table-id``, ``apt-req-buttonparams-table-id``.
+        ``MOT_REQ_BUTTONPARAMS``, ``MOT_GET_BUTTONPARAMS``, ``MOT_SET_BUTTONPARAMS``, Issue 37,
+        pages 100, 101. Erratum ``apt37-buttonparams-time-out-unit``.
 
         :param mode: :class:`~.ButtonMode`: JOG (1), GO_TO_POSITION (2).
         :param position1: position of the top button; only in GO_TO_POSITION mode; in counts; scale
@@ -2019,8 +2836,9 @@ class WithButtonParams(Part):
         :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param position2_mm: ``position2`` in mm; the scale depends on the stage and its controller.
-        :param time_out: How long both buttons must be held to home, or one button to store the
-            present position; applies in either mode; in counts of 1 ms; from 0 to 65535.
+        :param time_out: TimeOut1 in Issue 37: how long button 1 must be held to home, together with
+            button 2, or to store the present position; applies in either mode. Page 100 says that
+            it is not for the TDC001. In counts of 1 ms; from 0 to 65535.
         :param time_out_ms: ``time_out`` in ms; from 0 to 65535.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
@@ -2049,7 +2867,7 @@ class WithButtonParams(Part):
 class WithMotEepromParams(Part):
     """Parameters in EEPROM.
 
-    ``MOT_SET_EEPROMPARAMS``; page 60.
+    ``MOT_SET_EEPROMPARAMS``; Issue 3, page 60.
     """
 
     async def set_eeprom_params(self, *, msg_id: int, timeout: float | None = None) -> None:
@@ -2058,7 +2876,7 @@ class WithMotEepromParams(Part):
         Saves the parameters set by one message to the EEPROM, as the name implies. All values are
         written in one frame.
 
-        ``MOT_SET_EEPROMPARAMS``, page 60.
+        ``MOT_SET_EEPROMPARAMS``, Issue 3, page 60.
 
         :param msg_id: id of the message whose parameters are saved; from 0 to 65535.
         :param timeout: in seconds; default: the timeout of the device.
@@ -2075,7 +2893,7 @@ class WithPmdCurrentLoopParams(Part):
     """Current loop parameters.
 
     ``MOT_SET_PMDCURRENTLOOPPARAMS``, ``MOT_REQ_PMDCURRENTLOOPPARAMS``,
-    ``MOT_GET_PMDCURRENTLOOPPARAMS``; pages 71, 72.
+    ``MOT_GET_PMDCURRENTLOOPPARAMS``; Issue 37, pages 115, 116, 117.
     """
 
     async def get_pmd_current_loop_params(
@@ -2087,8 +2905,8 @@ class WithPmdCurrentLoopParams(Part):
 
         PI current loop of the phase windings on the BBD controllers.
 
-        ``MOT_REQ_PMDCURRENTLOOPPARAMS``, ``MOT_GET_PMDCURRENTLOOPPARAMS``, pages 71, 72. Erratum
-        ``apt-req-current-loop-table-id``.
+        ``MOT_REQ_PMDCURRENTLOOPPARAMS``, ``MOT_GET_PMDCURRENTLOOPPARAMS``, Issue 37, pages 115,
+        116, 117. Erratum ``apt37-requests-of-other-sets``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -2116,7 +2934,7 @@ class WithPmdCurrentLoopParams(Part):
         Setting them starts no move; the currents of an enabled channel follow the new values
         immediately.
 
-        ``MOT_SET_PMDCURRENTLOOPPARAMS``, page 71.
+        ``MOT_SET_PMDCURRENTLOOPPARAMS``, Issue 37, page 115.
 
         :param phase: :class:`~.CurrentPhase`: PHASEA (0), PHASEB (1), PHASEA_AND_B (2).
         :param kp_current: proportional gain; from 0 to 32767.
@@ -2164,7 +2982,8 @@ class WithPmdCurrentLoopParams(Part):
         immediately.
 
         ``MOT_REQ_PMDCURRENTLOOPPARAMS``, ``MOT_GET_PMDCURRENTLOOPPARAMS``,
-        ``MOT_SET_PMDCURRENTLOOPPARAMS``, pages 71, 72. Erratum ``apt-req-current-loop-table-id``.
+        ``MOT_SET_PMDCURRENTLOOPPARAMS``, Issue 37, pages 115, 116, 117. Erratum
+        ``apt37-requests-of-other-sets``.
 
         :param phase: :class:`~.CurrentPhase`: PHASEA (0), PHASEB (1), PHASEA_AND_B (2).
         :param kp_current: proportional gain; from 0 to 32767.
@@ -2198,7 +3017,7 @@ class WithPmdPositionLoopParams(Part):
     """Position loop parameters.
 
     ``MOT_SET_PMDPOSITIONLOOPPARAMS``, ``MOT_REQ_PMDPOSITIONLOOPPARAMS``,
-    ``MOT_GET_PMDPOSITIONLOOPPARAMS``; pages 61, 63.
+    ``MOT_GET_PMDPOSITIONLOOPPARAMS``; Issue 37, pages 103, 105.
     """
 
     async def get_pmd_position_loop_params(
@@ -2210,7 +3029,8 @@ class WithPmdPositionLoopParams(Part):
 
         PID position loop of the BBD controllers.
 
-        ``MOT_REQ_PMDPOSITIONLOOPPARAMS``, ``MOT_GET_PMDPOSITIONLOOPPARAMS``, pages 61, 63.
+        ``MOT_REQ_PMDPOSITIONLOOPPARAMS``, ``MOT_GET_PMDPOSITIONLOOPPARAMS``, Issue 37, pages 103,
+        105.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -2243,13 +3063,13 @@ class WithPmdPositionLoopParams(Part):
         Setting them starts no move; a channel that holds its position uses the new values
         immediately.
 
-        ``MOT_SET_PMDPOSITIONLOOPPARAMS``, page 61. Errata ``apt-pmdpositionloop-example-short``,
-        ``apt-pos-err-lim-range``.
+        ``MOT_SET_PMDPOSITIONLOOPPARAMS``, Issue 37, page 103. Erratum
+        ``apt37-positionloop-example-unit``.
 
         :param proportional: proportional gain; from 0 to 32767.
         :param integral: integral gain; from 0 to 32767.
-        :param integral_limit: Cap on the integral sum; 0 switches the integral term off; from 0 to
-            2147483647.
+        :param integral_limit: Cap on the integral sum, ILimPos in Issue 37; 0 switches the integral
+            term off; from 0 to 2147483647.
         :param differential: differential gain; from 0 to 32767.
         :param kd_time_pos: The derivative term is computed once in this many servo cycles; in
             counts of 512/5 us; from 1 to 32767.
@@ -2259,9 +3079,8 @@ class WithPmdPositionLoopParams(Part):
         :param kout_pos_percent: ``kout_pos`` in percent; from 0 to 100.
         :param kvff_pos: velocity feed-forward; from 0 to 32767.
         :param kaff_pos: acceleration feed-forward; from 0 to 32767.
-        :param pos_err_lim: A greater position error stops the axis and sets motion_error. The
-            maximum is printed as 7FFFFFF. In counts; scale to mm depends on the stage; from 0 to
-            2147483647.
+        :param pos_err_lim: A greater position error stops the axis and sets motion_error; in
+            counts; scale to mm depends on the stage; from 0 to 2147483647.
         :param pos_err_lim_mm: ``pos_err_lim`` in mm; the scale depends on the stage and its
             controller.
         :param timeout: in seconds; default: the timeout of the device.
@@ -2315,13 +3134,13 @@ class WithPmdPositionLoopParams(Part):
         immediately.
 
         ``MOT_REQ_PMDPOSITIONLOOPPARAMS``, ``MOT_GET_PMDPOSITIONLOOPPARAMS``,
-        ``MOT_SET_PMDPOSITIONLOOPPARAMS``, pages 61, 63. Errata
-        ``apt-pmdpositionloop-example-short``, ``apt-pos-err-lim-range``.
+        ``MOT_SET_PMDPOSITIONLOOPPARAMS``, Issue 37, pages 103, 105. Erratum
+        ``apt37-positionloop-example-unit``.
 
         :param proportional: proportional gain; from 0 to 32767.
         :param integral: integral gain; from 0 to 32767.
-        :param integral_limit: Cap on the integral sum; 0 switches the integral term off; from 0 to
-            2147483647.
+        :param integral_limit: Cap on the integral sum, ILimPos in Issue 37; 0 switches the integral
+            term off; from 0 to 2147483647.
         :param differential: differential gain; from 0 to 32767.
         :param kd_time_pos: The derivative term is computed once in this many servo cycles; in
             counts of 512/5 us; from 1 to 32767.
@@ -2331,9 +3150,8 @@ class WithPmdPositionLoopParams(Part):
         :param kout_pos_percent: ``kout_pos`` in percent; from 0 to 100.
         :param kvff_pos: velocity feed-forward; from 0 to 32767.
         :param kaff_pos: acceleration feed-forward; from 0 to 32767.
-        :param pos_err_lim: A greater position error stops the axis and sets motion_error. The
-            maximum is printed as 7FFFFFF. In counts; scale to mm depends on the stage; from 0 to
-            2147483647.
+        :param pos_err_lim: A greater position error stops the axis and sets motion_error; in
+            counts; scale to mm depends on the stage; from 0 to 2147483647.
         :param pos_err_lim_mm: ``pos_err_lim`` in mm; the scale depends on the stage and its
             controller.
         :param timeout: in seconds; default: the timeout of the device.
@@ -2369,7 +3187,7 @@ class WithPmdMotorOutputParams(Part):
     """Motor output parameters.
 
     ``MOT_SET_PMDMOTOROUTPUTPARAMS``, ``MOT_REQ_PMDMOTOROUTPUTPARAMS``,
-    ``MOT_GET_PMDMOTOROUTPUTPARAMS``; pages 64, 65.
+    ``MOT_GET_PMDMOTOROUTPUTPARAMS``; Issue 3, pages 64, 65.
     """
 
     async def get_pmd_motor_output_params(
@@ -2381,7 +3199,7 @@ class WithPmdMotorOutputParams(Part):
 
         Limits and bias of the motor drive signal.
 
-        ``MOT_REQ_PMDMOTOROUTPUTPARAMS``, ``MOT_GET_PMDMOTOROUTPUTPARAMS``, pages 64, 65.
+        ``MOT_REQ_PMDMOTOROUTPUTPARAMS``, ``MOT_GET_PMDMOTOROUTPUTPARAMS``, Issue 3, pages 64, 65.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -2409,8 +3227,9 @@ class WithPmdMotorOutputParams(Part):
         Setting them changes the motor drive signal: the bias is output immediately, and a lower
         limit may let a load sink.
 
-        ``MOT_SET_PMDMOTOROUTPUTPARAMS``, page 64. Errata ``apt-motor-bias-range``,
-        ``apt-motoroutput-example-energy``, ``apt-motoroutput-example-motor-limit``.
+        ``MOT_SET_PMDMOTOROUTPUTPARAMS``, Issue 3, page 64. Errata ``apt-motor-bias-range``,
+        ``apt-motoroutput-example-energy``, ``apt-motoroutput-example-motor-limit``,
+        ``apt37-signs-of-words``.
 
         :param cont_current_lim: Continuous current as a share of the maximum peak current, which is
             set in the factory and cannot be changed; in counts, 32767/100 per percent; from 0 to
@@ -2466,8 +3285,9 @@ class WithPmdMotorOutputParams(Part):
         limit may let a load sink.
 
         ``MOT_REQ_PMDMOTOROUTPUTPARAMS``, ``MOT_GET_PMDMOTOROUTPUTPARAMS``,
-        ``MOT_SET_PMDMOTOROUTPUTPARAMS``, pages 64, 65. Errata ``apt-motor-bias-range``,
-        ``apt-motoroutput-example-energy``, ``apt-motoroutput-example-motor-limit``.
+        ``MOT_SET_PMDMOTOROUTPUTPARAMS``, Issue 3, pages 64, 65. Errata ``apt-motor-bias-range``,
+        ``apt-motoroutput-example-energy``, ``apt-motoroutput-example-motor-limit``,
+        ``apt37-signs-of-words``.
 
         :param cont_current_lim: Continuous current as a share of the maximum peak current, which is
             set in the factory and cannot be changed; in counts, 32767/100 per percent; from 0 to
@@ -2510,7 +3330,7 @@ class WithPmdTrackSettleParams(Part):
     """Tracking and settling parameters.
 
     ``MOT_SET_PMDTRACKSETTLEPARAMS``, ``MOT_REQ_PMDTRACKSETTLEPARAMS``,
-    ``MOT_GET_PMDTRACKSETTLEPARAMS``; pages 66, 67, 68.
+    ``MOT_GET_PMDTRACKSETTLEPARAMS``; Issue 3, pages 66, 67, 68.
     """
 
     async def get_pmd_track_settle_params(
@@ -2524,8 +3344,8 @@ class WithPmdTrackSettleParams(Part):
         axis has settled, so a window that the loop cannot reach delays the end forever. A settle
         time of 0 ends the move with the profile.
 
-        ``MOT_REQ_PMDTRACKSETTLEPARAMS``, ``MOT_GET_PMDTRACKSETTLEPARAMS``, pages 66, 68. Erratum
-        ``apt-contents-get-tracksettle-id``.
+        ``MOT_REQ_PMDTRACKSETTLEPARAMS``, ``MOT_GET_PMDTRACKSETTLEPARAMS``, Issue 3, pages 66, 68.
+        Erratum ``apt-contents-get-tracksettle-id``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -2551,8 +3371,8 @@ class WithPmdTrackSettleParams(Part):
         axis has settled, so a window that the loop cannot reach delays the end forever. A settle
         time of 0 ends the move with the profile. All values are written in one frame.
 
-        ``MOT_SET_PMDTRACKSETTLEPARAMS``, pages 66, 67. Errata ``apt-tracksettle-example-long``,
-        ``apt-tracksettle-example-percentages``.
+        ``MOT_SET_PMDTRACKSETTLEPARAMS``, Issue 3, pages 66, 67. Errata
+        ``apt-tracksettle-example-long``, ``apt-tracksettle-example-percentages``.
 
         :param time: settle time; 0 switches settling off; in counts of 512/5 us; from 0 to 32767.
         :param time_us: ``time`` in us; from 0 to 3355340.8.
@@ -2602,7 +3422,7 @@ class WithPmdTrackSettleParams(Part):
         and writes all of them in one frame, under one lock. Returns the values written.
 
         ``MOT_REQ_PMDTRACKSETTLEPARAMS``, ``MOT_GET_PMDTRACKSETTLEPARAMS``,
-        ``MOT_SET_PMDTRACKSETTLEPARAMS``, pages 66, 67, 68. Errata
+        ``MOT_SET_PMDTRACKSETTLEPARAMS``, Issue 3, pages 66, 67, 68. Errata
         ``apt-contents-get-tracksettle-id``, ``apt-tracksettle-example-long``,
         ``apt-tracksettle-example-percentages``.
 
@@ -2643,7 +3463,7 @@ class WithPmdProfileModeParams(Part):
     """Profile mode parameters.
 
     ``MOT_SET_PMDPROFILEMODEPARAMS``, ``MOT_REQ_PMDPROFILEMODEPARAMS``,
-    ``MOT_GET_PMDPROFILEMODEPARAMS``; pages 69, 70.
+    ``MOT_GET_PMDPROFILEMODEPARAMS``; Issue 3, pages 69, 70.
     """
 
     async def get_pmd_profile_mode_params(
@@ -2655,7 +3475,7 @@ class WithPmdProfileModeParams(Part):
 
         Shape of the velocity profile and its jerk.
 
-        ``MOT_REQ_PMDPROFILEMODEPARAMS``, ``MOT_GET_PMDPROFILEMODEPARAMS``, pages 69, 70.
+        ``MOT_REQ_PMDPROFILEMODEPARAMS``, ``MOT_GET_PMDPROFILEMODEPARAMS``, Issue 3, pages 69, 70.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -2676,7 +3496,8 @@ class WithPmdProfileModeParams(Part):
 
         Shape of the velocity profile and its jerk. All values are written in one frame.
 
-        ``MOT_SET_PMDPROFILEMODEPARAMS``, page 69. Erratum ``apt-jerk-unit``.
+        ``MOT_SET_PMDPROFILEMODEPARAMS``, Issue 3, page 69. Errata ``apt-jerk-unit``,
+        ``apt37-jerk-unit``.
 
         :param mode: :class:`~.ProfileMode`: TRAPEZOIDAL (0), S_CURVE (2).
         :param jerk: limit on the change of acceleration; S_CURVE only; in counts; scale to mm/s^3
@@ -2712,7 +3533,8 @@ class WithPmdProfileModeParams(Part):
         ones and writes all of them in one frame, under one lock. Returns the values written.
 
         ``MOT_REQ_PMDPROFILEMODEPARAMS``, ``MOT_GET_PMDPROFILEMODEPARAMS``,
-        ``MOT_SET_PMDPROFILEMODEPARAMS``, pages 69, 70. Erratum ``apt-jerk-unit``.
+        ``MOT_SET_PMDPROFILEMODEPARAMS``, Issue 3, pages 69, 70. Errata ``apt-jerk-unit``,
+        ``apt37-jerk-unit``.
 
         :param mode: :class:`~.ProfileMode`: TRAPEZOIDAL (0), S_CURVE (2).
         :param jerk: limit on the change of acceleration; S_CURVE only; in counts; scale to mm/s^3
@@ -2738,11 +3560,162 @@ class WithPmdProfileModeParams(Part):
         )
 
 
+class WithJoystickParams(Part):
+    """Joystick parameters.
+
+    ``MOT_SET_JOYSTICKPARAMS``, ``MOT_REQ_JOYSTICKPARAMS``, ``MOT_GET_JOYSTICKPARAMS``; Issue 37,
+    pages 113, 114.
+    """
+
+    async def get_joystick_params(self, *, timeout: float | None = None) -> v.JoystickParams:
+        """Read the joystick parameters.
+
+        Maximum velocities and accelerations of moves with the MJC001 joystick console, which has a
+        low and a high gear.
+
+        ``MOT_REQ_JOYSTICKPARAMS``, ``MOT_GET_JOYSTICKPARAMS``, Issue 37, pages 113, 114.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.JOYSTICK_PARAMS, timeout)
+
+    async def set_joystick_params(
+        self,
+        *,
+        js_gear_low_max_vel: int | None = None,
+        js_gear_low_max_vel_mm_per_s: Number | None = None,
+        js_gear_high_max_vel: int | None = None,
+        js_gear_high_max_vel_mm_per_s: Number | None = None,
+        js_gear_low_accn: int | None = None,
+        js_gear_low_accn_mm_per_s2: Number | None = None,
+        js_gear_high_accn: int | None = None,
+        js_gear_high_accn_mm_per_s2: Number | None = None,
+        dir_sense: e.DirectionSense | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the joystick parameters.
+
+        Maximum velocities and accelerations of moves with the MJC001 joystick console, which has a
+        low and a high gear. All values are written in one frame.
+
+        ``MOT_SET_JOYSTICKPARAMS``, Issue 37, page 113. Errata
+        ``apt37-joystick-example-acceleration``, ``apt37-joystick-example-velocity``,
+        ``apt37-joystick-range``, ``apt37-signs-of-longs``.
+
+        :param js_gear_low_max_vel: Maximum velocity in low gear. Printed as long, but with the
+            range of a dword. In counts; scale to mm/s depends on the stage; from 0 to 4294967295.
+        :param js_gear_low_max_vel_mm_per_s: ``js_gear_low_max_vel`` in mm/s; the scale depends on
+            the stage and its controller.
+        :param js_gear_high_max_vel: maximum velocity in high gear; in counts; scale to mm/s depends
+            on the stage; from 0 to 4294967295.
+        :param js_gear_high_max_vel_mm_per_s: ``js_gear_high_max_vel`` in mm/s; the scale depends on
+            the stage and its controller.
+        :param js_gear_low_accn: acceleration in low gear; in counts; scale to mm/s^2 depends on the
+            stage; from 0 to 4294967295.
+        :param js_gear_low_accn_mm_per_s2: ``js_gear_low_accn`` in mm/s^2; the scale depends on the
+            stage and its controller.
+        :param js_gear_high_accn: acceleration in high gear; in counts; scale to mm/s^2 depends on
+            the stage; from 0 to 4294967295.
+        :param js_gear_high_accn_mm_per_s2: ``js_gear_high_accn`` in mm/s^2; the scale depends on
+            the stage and its controller.
+        :param dir_sense: :class:`~.DirectionSense`: DIRSENSE_POS (1), DIRSENSE_NEG (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.JOYSTICK_PARAMS,
+            timeout,
+            js_gear_low_max_vel=js_gear_low_max_vel,
+            js_gear_low_max_vel_mm_per_s=js_gear_low_max_vel_mm_per_s,
+            js_gear_high_max_vel=js_gear_high_max_vel,
+            js_gear_high_max_vel_mm_per_s=js_gear_high_max_vel_mm_per_s,
+            js_gear_low_accn=js_gear_low_accn,
+            js_gear_low_accn_mm_per_s2=js_gear_low_accn_mm_per_s2,
+            js_gear_high_accn=js_gear_high_accn,
+            js_gear_high_accn_mm_per_s2=js_gear_high_accn_mm_per_s2,
+            dir_sense=dir_sense,
+        )
+
+    async def change_joystick_params(
+        self,
+        *,
+        js_gear_low_max_vel: int | None = None,
+        js_gear_low_max_vel_mm_per_s: Number | None = None,
+        js_gear_high_max_vel: int | None = None,
+        js_gear_high_max_vel_mm_per_s: Number | None = None,
+        js_gear_low_accn: int | None = None,
+        js_gear_low_accn_mm_per_s2: Number | None = None,
+        js_gear_high_accn: int | None = None,
+        js_gear_high_accn_mm_per_s2: Number | None = None,
+        dir_sense: e.DirectionSense | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.JoystickParams:
+        """Change the joystick parameters.
+
+        Maximum velocities and accelerations of moves with the MJC001 joystick console, which has a
+        low and a high gear. Reads the current values, replaces the given ones and writes all of
+        them in one frame, under one lock. Returns the values written.
+
+        ``MOT_REQ_JOYSTICKPARAMS``, ``MOT_GET_JOYSTICKPARAMS``, ``MOT_SET_JOYSTICKPARAMS``, Issue
+        37, pages 113, 114. Errata ``apt37-joystick-example-acceleration``,
+        ``apt37-joystick-example-velocity``, ``apt37-joystick-range``, ``apt37-signs-of-longs``.
+
+        :param js_gear_low_max_vel: Maximum velocity in low gear. Printed as long, but with the
+            range of a dword. In counts; scale to mm/s depends on the stage; from 0 to 4294967295.
+        :param js_gear_low_max_vel_mm_per_s: ``js_gear_low_max_vel`` in mm/s; the scale depends on
+            the stage and its controller.
+        :param js_gear_high_max_vel: maximum velocity in high gear; in counts; scale to mm/s depends
+            on the stage; from 0 to 4294967295.
+        :param js_gear_high_max_vel_mm_per_s: ``js_gear_high_max_vel`` in mm/s; the scale depends on
+            the stage and its controller.
+        :param js_gear_low_accn: acceleration in low gear; in counts; scale to mm/s^2 depends on the
+            stage; from 0 to 4294967295.
+        :param js_gear_low_accn_mm_per_s2: ``js_gear_low_accn`` in mm/s^2; the scale depends on the
+            stage and its controller.
+        :param js_gear_high_accn: acceleration in high gear; in counts; scale to mm/s^2 depends on
+            the stage; from 0 to 4294967295.
+        :param js_gear_high_accn_mm_per_s2: ``js_gear_high_accn`` in mm/s^2; the scale depends on
+            the stage and its controller.
+        :param dir_sense: :class:`~.DirectionSense`: DIRSENSE_POS (1), DIRSENSE_NEG (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.JOYSTICK_PARAMS,
+            timeout,
+            js_gear_low_max_vel=js_gear_low_max_vel,
+            js_gear_low_max_vel_mm_per_s=js_gear_low_max_vel_mm_per_s,
+            js_gear_high_max_vel=js_gear_high_max_vel,
+            js_gear_high_max_vel_mm_per_s=js_gear_high_max_vel_mm_per_s,
+            js_gear_low_accn=js_gear_low_accn,
+            js_gear_low_accn_mm_per_s2=js_gear_low_accn_mm_per_s2,
+            js_gear_high_accn=js_gear_high_accn,
+            js_gear_high_accn_mm_per_s2=js_gear_high_accn_mm_per_s2,
+            dir_sense=dir_sense,
+        )
+
+
 class WithPmdSettledCurrentLoopParams(Part):
     """Current loop parameters of a settled axis.
 
     ``MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS``, ``MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS``,
-    ``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS``; pages 73, 74.
+    ``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS``; Issue 3, pages 73, 74.
     """
 
     async def get_pmd_settled_current_loop_params(
@@ -2755,8 +3728,9 @@ class WithPmdSettledCurrentLoopParams(Part):
         Current loop settings that apply only while the axis is settled, to reduce noise and
         vibration at the demanded position.
 
-        ``MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS``, ``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS``, pages 73,
-        74. Erratum ``apt-req-settled-current-loop-table-id``.
+        ``MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS``, ``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS``, Issue 3,
+        pages 73, 74. Errata ``apt-req-settled-current-loop-table-id``,
+        ``apt37-requests-of-other-sets``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -2781,7 +3755,7 @@ class WithPmdSettledCurrentLoopParams(Part):
         Current loop settings that apply only while the axis is settled, to reduce noise and
         vibration at the demanded position. All values are written in one frame.
 
-        ``MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS``, page 73.
+        ``MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS``, Issue 3, page 73.
 
         :param phase: :class:`~.CurrentPhase`: PHASEA (0), PHASEB (1), PHASEA_AND_B (2).
         :param kp_settled: proportional gain; from 0 to 32767.
@@ -2827,8 +3801,8 @@ class WithPmdSettledCurrentLoopParams(Part):
         writes all of them in one frame, under one lock. Returns the values written.
 
         ``MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS``, ``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS``,
-        ``MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS``, pages 73, 74. Erratum
-        ``apt-req-settled-current-loop-table-id``.
+        ``MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS``, Issue 3, pages 73, 74. Errata
+        ``apt-req-settled-current-loop-table-id``, ``apt37-requests-of-other-sets``.
 
         :param phase: :class:`~.CurrentPhase`: PHASEA (0), PHASEB (1), PHASEA_AND_B (2).
         :param kp_settled: proportional gain; from 0 to 32767.
@@ -2863,7 +3837,7 @@ class WithPmdStageAxisParams(Part):
     """Stage axis parameters.
 
     ``MOT_SET_PMDSTAGEAXISPARAMS``, ``MOT_REQ_PMDSTAGEAXISPARAMS``, ``MOT_GET_PMDSTAGEAXISPARAMS``;
-    page 75.
+    Issue 3, page 75.
     """
 
     async def get_pmd_stage_axis_params(
@@ -2876,9 +3850,11 @@ class WithPmdStageAxisParams(Part):
         Data of the stage that the controller drives. Most of it is fixed; a set can only raise the
         minimum and lower the maximum position to shorten the travel.
 
-        ``MOT_REQ_PMDSTAGEAXISPARAMS``, ``MOT_GET_PMDSTAGEAXISPARAMS``, page 75. Errata
+        ``MOT_REQ_PMDSTAGEAXISPARAMS``, ``MOT_GET_PMDSTAGEAXISPARAMS``, Issue 3, page 75. Errata
         ``apt-stage-id-order``, ``apt-stageaxis-example-addresses``, ``apt-stageaxis-length``,
-        ``apt-stageaxis-part-no-format``, ``apt-stageaxis-rows``, ``apt-stageaxis-units``.
+        ``apt-stageaxis-part-no-format``, ``apt-stageaxis-rows``, ``apt-stageaxis-units``,
+        ``apt37-stage-axis-rows``, ``apt37-stage-id-order``, ``apt37-stage-ids``,
+        ``apt37-stageaxis-units``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -2913,7 +3889,7 @@ class WithPmdStageAxisParams(Part):
         minimum and lower the maximum position to shorten the travel. All values are written in one
         frame.
 
-        ``MOT_SET_PMDSTAGEAXISPARAMS``, page 75.
+        ``MOT_SET_PMDSTAGEAXISPARAMS``, Issue 3, page 75.
 
         :param stage_id: stage and axis; :class:`~.StageAxis`: MLS203_X_AXIS (0x10), MLS203_Y_AXIS
             (0x11); from 0 to 65535.
@@ -2997,9 +3973,11 @@ class WithPmdStageAxisParams(Part):
         values written.
 
         ``MOT_REQ_PMDSTAGEAXISPARAMS``, ``MOT_GET_PMDSTAGEAXISPARAMS``,
-        ``MOT_SET_PMDSTAGEAXISPARAMS``, page 75. Errata ``apt-stage-id-order``,
+        ``MOT_SET_PMDSTAGEAXISPARAMS``, Issue 3, page 75. Errata ``apt-stage-id-order``,
         ``apt-stageaxis-example-addresses``, ``apt-stageaxis-length``,
-        ``apt-stageaxis-part-no-format``, ``apt-stageaxis-rows``, ``apt-stageaxis-units``.
+        ``apt-stageaxis-part-no-format``, ``apt-stageaxis-rows``, ``apt-stageaxis-units``,
+        ``apt37-stage-axis-rows``, ``apt37-stage-id-order``, ``apt37-stage-ids``,
+        ``apt37-stageaxis-units``.
 
         :param stage_id: stage and axis; :class:`~.StageAxis`: MLS203_X_AXIS (0x10), MLS203_Y_AXIS
             (0x11); from 0 to 65535.
@@ -3056,4 +4034,1370 @@ class WithPmdStageAxisParams(Part):
             max_dec_mm_per_s2=max_dec_mm_per_s2,
             max_vel=max_vel,
             max_vel_mm_per_s=max_vel_mm_per_s,
+        )
+
+
+class WithBowIndex(Part):
+    """Bow index.
+
+    ``MOT_SET_BOWINDEX``, ``MOT_REQ_BOWINDEX``, ``MOT_GET_BOWINDEX``; Issue 37, pages 90, 91, 92.
+    """
+
+    async def get_bow_index(self, *, timeout: float | None = None) -> v.BowIndex:
+        """Read the bow index.
+
+        Shape of the velocity profile: trapezoidal or S-curve.
+
+        ``MOT_REQ_BOWINDEX``, ``MOT_GET_BOWINDEX``, Issue 37, pages 90, 92. Erratum
+        ``apt37-list-bowindex-ids``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.BOW_INDEX, timeout)
+
+    async def set_bow_index(self, *, bow_index: int, timeout: float | None = None) -> None:
+        """Set the bow index.
+
+        Shape of the velocity profile: trapezoidal or S-curve. All values are written in one frame.
+
+        A profile with a high index has short and steep phases of changing acceleration, and may
+        overshoot.
+
+        ``MOT_SET_BOWINDEX``, Issue 37, pages 90, 91. Errata ``apt37-bow-value``,
+        ``apt37-list-bowindex-ids``.
+
+        :param bow_index: 0 is a trapezoidal profile, 1 to 18 an S-curve. The change of acceleration
+            is limited to 2 to the power of (index - 1), in mm/s³ (page 90). From 0 to 18.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(t.BOW_INDEX, timeout, bow_index=bow_index)
+
+    async def change_bow_index(
+        self,
+        *,
+        bow_index: int | None = None,
+        timeout: float | None = None,
+    ) -> v.BowIndex:
+        """Change the bow index.
+
+        Shape of the velocity profile: trapezoidal or S-curve. Reads the current values, replaces
+        the given ones and writes all of them in one frame, under one lock. Returns the values
+        written.
+
+        A profile with a high index has short and steep phases of changing acceleration, and may
+        overshoot.
+
+        ``MOT_REQ_BOWINDEX``, ``MOT_GET_BOWINDEX``, ``MOT_SET_BOWINDEX``, Issue 37, pages 90, 91,
+        92. Errata ``apt37-bow-value``, ``apt37-list-bowindex-ids``.
+
+        :param bow_index: 0 is a trapezoidal profile, 1 to 18 an S-curve. The change of acceleration
+            is limited to 2 to the power of (index - 1), in mm/s³ (page 90). From 0 to 18.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(t.BOW_INDEX, timeout, bow_index=bow_index)
+
+
+class WithTstActuatorType(Part):
+    """Actuator type.
+
+    ``MOT_SET_TSTACTUATORTYPE``; Issue 37, page 122.
+    """
+
+    async def set_tst_actuator_type(
+        self,
+        *,
+        actuator_ident: e.ActuatorType | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the actuator type.
+
+        Actuator on a TST101. The unit needs its travel to show the right position after homing to
+        the far end of the travel. All values are written in one frame.
+
+        ``MOT_SET_TSTACTUATORTYPE``, Issue 37, page 122. Erratum ``apt37-actuator-example``.
+
+        :param actuator_ident: :class:`~.ActuatorType`: ZST_LEGACY_6MM (0x20), ZST_LEGACY_13MM
+            (0x21), ZST_LEGACY_25MM (0x22), ZST_NEW_6MM (0x30), ZST_NEW_13MM (0x31), ZST_NEW_25MM
+            (0x32), ZFS_NEW_6MM (0x40), ZFS_NEW_13MM (0x41), ZFS_NEW_25MM (0x42), DRV013_25MM
+            (0x50), DRV014_50MM (0x51).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._tell(t.TST_ACTUATOR_TYPE, timeout, actuator_ident=actuator_ident)
+
+
+class WithTrigger(Part):
+    """Trigger mode.
+
+    ``MOT_SET_TRIGGER``, ``MOT_REQ_TRIGGER``, ``MOT_GET_TRIGGER``; Issue 37, pages 134, 136.
+    """
+
+    async def get_trigger(self, *, timeout: float | None = None) -> v.Trigger:
+        """Read the trigger mode.
+
+        Trigger input and output of a channel: a trigger can start a move, and a move can trigger
+        other equipment.
+
+        ``MOT_REQ_TRIGGER``, ``MOT_GET_TRIGGER``, Issue 37, pages 134, 136.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.TRIGGER, timeout)
+
+    async def set_trigger(
+        self,
+        *,
+        mode: f.TriggerMode | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the trigger mode.
+
+        Trigger input and output of a channel: a trigger can start a move, and a move can trigger
+        other equipment. All values are written in one frame.
+
+        It can change the level of the trigger output, and afterwards a signal at the trigger input
+        can start a move. The meaning of the bits depends on the kind of controller.
+
+        ``MOT_SET_TRIGGER``, Issue 37, page 134. Erratum ``apt37-trigger-example-address``.
+
+        :param mode: Bits 0 to 7 of stepper controllers and of brushless DC controllers have no
+            meaning in common; :class:`~.TriggerMode`: trigin_enable (0x1), trigout_enable (0x2),
+            trigout_modefollow (0x4), trigout_modemoveend (0x8), trig_relmove (0x10), trig_absmove
+            (0x20), trig_homemove (0x40), trigout_notrigin (0x80), or several joined by ``|``.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(t.TRIGGER, timeout, mode=mode)
+
+    async def change_trigger(
+        self,
+        *,
+        mode: f.TriggerMode | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.Trigger:
+        """Change the trigger mode.
+
+        Trigger input and output of a channel: a trigger can start a move, and a move can trigger
+        other equipment. Reads the current values, replaces the given ones and writes all of them in
+        one frame, under one lock. Returns the values written.
+
+        It can change the level of the trigger output, and afterwards a signal at the trigger input
+        can start a move. The meaning of the bits depends on the kind of controller.
+
+        ``MOT_REQ_TRIGGER``, ``MOT_GET_TRIGGER``, ``MOT_SET_TRIGGER``, Issue 37, pages 134, 136.
+        Erratum ``apt37-trigger-example-address``.
+
+        :param mode: Bits 0 to 7 of stepper controllers and of brushless DC controllers have no
+            meaning in common; :class:`~.TriggerMode`: trigin_enable (0x1), trigout_enable (0x2),
+            trigout_modefollow (0x4), trigout_modemoveend (0x8), trig_relmove (0x10), trig_absmove
+            (0x20), trig_homemove (0x40), trigout_notrigin (0x80), or several joined by ``|``.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(t.TRIGGER, timeout, mode=mode)
+
+
+class WithKcubeMmiParams(Part):
+    """Top panel parameters.
+
+    ``MOT_SET_KCUBEMMIPARAMS``, ``MOT_REQ_KCUBEMMIPARAMS``, ``MOT_GET_KCUBEMMIPARAMS``; Issue 37,
+    pages 137, 138, 139.
+    """
+
+    async def get_kcube_mmi_params(self, *, timeout: float | None = None) -> v.KcubeMmiParams:
+        """Read the top panel parameters.
+
+        Wheel or joystick and display on the top panel. Only for the KST101, KDC101, KBD101 and
+        BBD30x.
+
+        The table of page 137 and its text have 36 bytes. The vendor's XA software requires them of
+        a KDC101, and its C headers have the last eight as reserved on a K-Cube.
+
+        ``MOT_REQ_KCUBEMMIPARAMS``, ``MOT_GET_KCUBEMMIPARAMS``, Issue 37, pages 137, 138, 139.
+        Errata ``apt37-kcubemmi-lengths``, ``apt37-list-kcube-sets``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KCUBE_MMI_PARAMS, timeout)
+
+    async def set_kcube_mmi_params(
+        self,
+        *,
+        js_mode: e.WheelMode | str | int,
+        js_max_vel: int | None = None,
+        js_max_vel_mm_per_s: Number | None = None,
+        js_accn: int | None = None,
+        js_accn_mm_per_s2: Number | None = None,
+        dir_sense: e.WheelDirection | str | int,
+        preset_pos1: int | None = None,
+        preset_pos1_mm: Number | None = None,
+        preset_pos2: int | None = None,
+        preset_pos2_mm: Number | None = None,
+        disp_brightness: int | None = None,
+        disp_brightness_percent: Number | None = None,
+        disp_timeout: int | None = None,
+        disp_timeout_min: Number | None = None,
+        disp_dim_level: int,
+        preset_pos3: int | None = None,
+        preset_pos3_mm: Number | None = None,
+        js_sensitivity: int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the top panel parameters.
+
+        Wheel or joystick and display on the top panel. Only for the KST101, KDC101, KBD101 and
+        BBD30x. All values are written in one frame.
+
+        The table of page 137 and its text have 36 bytes. The vendor's XA software requires them of
+        a KDC101, and its C headers have the last eight as reserved on a K-Cube.
+
+        ``MOT_SET_KCUBEMMIPARAMS``, Issue 37, page 137. Errata ``apt37-dim-level-scale``,
+        ``apt37-kcubemmi-lengths``, ``apt37-kcubemmi-positions``.
+
+        :param js_mode: :class:`~.WheelMode`: VELOCITY (1), JOG (2), GO_TO_POSITION (3).
+        :param js_max_vel: maximum velocity of moves with the wheel; in counts; scale to mm/s
+            depends on the stage; from -2147483648 to 2147483647.
+        :param js_max_vel_mm_per_s: ``js_max_vel`` in mm/s; the scale depends on the stage and its
+            controller.
+        :param js_accn: maximum acceleration of moves with the wheel; in counts; scale to mm/s^2
+            depends on the stage; from -2147483648 to 2147483647.
+        :param js_accn_mm_per_s2: ``js_accn`` in mm/s^2; the scale depends on the stage and its
+            controller.
+        :param dir_sense: :class:`~.WheelDirection`: DISABLED (0), POSITIVE (1), NEGATIVE (2).
+        :param preset_pos1: first position in GO_TO_POSITION mode; in counts; scale to mm depends on
+            the stage; from -2147483648 to 2147483647.
+        :param preset_pos1_mm: ``preset_pos1`` in mm; the scale depends on the stage and its
+            controller.
+        :param preset_pos2: second position in GO_TO_POSITION mode; in counts; scale to mm depends
+            on the stage; from -2147483648 to 2147483647.
+        :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
+            controller.
+        :param disp_brightness: Brightness of the display; 0 is off. The MENU button still lights it
+            up for a moment. In counts of 1 percent; from 0 to 100.
+        :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 100.
+        :param disp_timeout: Time after which an unchanged display is dimmed, against burn-in; 0 is
+            never; in counts of 1 min; from 0 to 480.
+        :param disp_timeout_min: ``disp_timeout`` in min; from 0 to 480.
+        :param disp_dim_level: Brightness of the dimmed display, 0 (off) to 10 (brightest); also
+            limited by disp_brightness; from 0 to 10.
+        :param preset_pos3: Third position in GO_TO_POSITION mode; only on the BBD30x; in counts;
+            scale to mm depends on the stage; from -2147483648 to 2147483647.
+        :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
+            controller.
+        :param js_sensitivity: Sensitivity of the joystick, from zero to its maximum; only on the
+            BBD30x; from 0 to 65535.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.KCUBE_MMI_PARAMS,
+            timeout,
+            js_mode=js_mode,
+            js_max_vel=js_max_vel,
+            js_max_vel_mm_per_s=js_max_vel_mm_per_s,
+            js_accn=js_accn,
+            js_accn_mm_per_s2=js_accn_mm_per_s2,
+            dir_sense=dir_sense,
+            preset_pos1=preset_pos1,
+            preset_pos1_mm=preset_pos1_mm,
+            preset_pos2=preset_pos2,
+            preset_pos2_mm=preset_pos2_mm,
+            disp_brightness=disp_brightness,
+            disp_brightness_percent=disp_brightness_percent,
+            disp_timeout=disp_timeout,
+            disp_timeout_min=disp_timeout_min,
+            disp_dim_level=disp_dim_level,
+            preset_pos3=preset_pos3,
+            preset_pos3_mm=preset_pos3_mm,
+            js_sensitivity=js_sensitivity,
+        )
+
+    async def change_kcube_mmi_params(
+        self,
+        *,
+        js_mode: e.WheelMode | str | int | None = None,
+        js_max_vel: int | None = None,
+        js_max_vel_mm_per_s: Number | None = None,
+        js_accn: int | None = None,
+        js_accn_mm_per_s2: Number | None = None,
+        dir_sense: e.WheelDirection | str | int | None = None,
+        preset_pos1: int | None = None,
+        preset_pos1_mm: Number | None = None,
+        preset_pos2: int | None = None,
+        preset_pos2_mm: Number | None = None,
+        disp_brightness: int | None = None,
+        disp_brightness_percent: Number | None = None,
+        disp_timeout: int | None = None,
+        disp_timeout_min: Number | None = None,
+        disp_dim_level: int | None = None,
+        preset_pos3: int | None = None,
+        preset_pos3_mm: Number | None = None,
+        js_sensitivity: int | None = None,
+        timeout: float | None = None,
+    ) -> v.KcubeMmiParams:
+        """Change the top panel parameters.
+
+        Wheel or joystick and display on the top panel. Only for the KST101, KDC101, KBD101 and
+        BBD30x. Reads the current values, replaces the given ones and writes all of them in one
+        frame, under one lock. Returns the values written.
+
+        The table of page 137 and its text have 36 bytes. The vendor's XA software requires them of
+        a KDC101, and its C headers have the last eight as reserved on a K-Cube.
+
+        ``MOT_REQ_KCUBEMMIPARAMS``, ``MOT_GET_KCUBEMMIPARAMS``, ``MOT_SET_KCUBEMMIPARAMS``, Issue
+        37, pages 137, 138, 139. Errata ``apt37-dim-level-scale``, ``apt37-kcubemmi-lengths``,
+        ``apt37-kcubemmi-positions``, ``apt37-list-kcube-sets``.
+
+        :param js_mode: :class:`~.WheelMode`: VELOCITY (1), JOG (2), GO_TO_POSITION (3).
+        :param js_max_vel: maximum velocity of moves with the wheel; in counts; scale to mm/s
+            depends on the stage; from -2147483648 to 2147483647.
+        :param js_max_vel_mm_per_s: ``js_max_vel`` in mm/s; the scale depends on the stage and its
+            controller.
+        :param js_accn: maximum acceleration of moves with the wheel; in counts; scale to mm/s^2
+            depends on the stage; from -2147483648 to 2147483647.
+        :param js_accn_mm_per_s2: ``js_accn`` in mm/s^2; the scale depends on the stage and its
+            controller.
+        :param dir_sense: :class:`~.WheelDirection`: DISABLED (0), POSITIVE (1), NEGATIVE (2).
+        :param preset_pos1: first position in GO_TO_POSITION mode; in counts; scale to mm depends on
+            the stage; from -2147483648 to 2147483647.
+        :param preset_pos1_mm: ``preset_pos1`` in mm; the scale depends on the stage and its
+            controller.
+        :param preset_pos2: second position in GO_TO_POSITION mode; in counts; scale to mm depends
+            on the stage; from -2147483648 to 2147483647.
+        :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
+            controller.
+        :param disp_brightness: Brightness of the display; 0 is off. The MENU button still lights it
+            up for a moment. In counts of 1 percent; from 0 to 100.
+        :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 100.
+        :param disp_timeout: Time after which an unchanged display is dimmed, against burn-in; 0 is
+            never; in counts of 1 min; from 0 to 480.
+        :param disp_timeout_min: ``disp_timeout`` in min; from 0 to 480.
+        :param disp_dim_level: Brightness of the dimmed display, 0 (off) to 10 (brightest); also
+            limited by disp_brightness; from 0 to 10.
+        :param preset_pos3: Third position in GO_TO_POSITION mode; only on the BBD30x; in counts;
+            scale to mm depends on the stage; from -2147483648 to 2147483647.
+        :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
+            controller.
+        :param js_sensitivity: Sensitivity of the joystick, from zero to its maximum; only on the
+            BBD30x; from 0 to 65535.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.KCUBE_MMI_PARAMS,
+            timeout,
+            js_mode=js_mode,
+            js_max_vel=js_max_vel,
+            js_max_vel_mm_per_s=js_max_vel_mm_per_s,
+            js_accn=js_accn,
+            js_accn_mm_per_s2=js_accn_mm_per_s2,
+            dir_sense=dir_sense,
+            preset_pos1=preset_pos1,
+            preset_pos1_mm=preset_pos1_mm,
+            preset_pos2=preset_pos2,
+            preset_pos2_mm=preset_pos2_mm,
+            disp_brightness=disp_brightness,
+            disp_brightness_percent=disp_brightness_percent,
+            disp_timeout=disp_timeout,
+            disp_timeout_min=disp_timeout_min,
+            disp_dim_level=disp_dim_level,
+            preset_pos3=preset_pos3,
+            preset_pos3_mm=preset_pos3_mm,
+            js_sensitivity=js_sensitivity,
+        )
+
+
+class WithKcubeTrigIoConfig(Part):
+    """Configuration of the trigger ports.
+
+    ``MOT_SET_KCUBETRIGIOCONFIG``, ``MOT_REQ_KCUBETRIGIOCONFIG``, ``MOT_GET_KCUBETRIGIOCONFIG``;
+    Issue 37, pages 140, 142, 143.
+    """
+
+    async def get_kcube_trig_io_config(
+        self,
+        *,
+        timeout: float | None = None,
+    ) -> v.KcubeTrigIoConfig:
+        """Read the configuration of the trigger ports.
+
+        Function and active state of the two trigger ports, each of which can be an input or an
+        output. Only for the KST101, KDC101 and KBD101.
+
+        The text of page 140 has 22 bytes. The vendor's KBD101 example sends them, and its XA
+        software requires them of a KDC101.
+
+        ``MOT_REQ_KCUBETRIGIOCONFIG``, ``MOT_GET_KCUBETRIGIOCONFIG``, Issue 37, pages 140, 142, 143.
+        Erratum ``apt37-list-kcube-sets``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KCUBE_TRIG_IO_CONFIG, timeout)
+
+    async def set_kcube_trig_io_config(
+        self,
+        *,
+        trig1_mode: e.TriggerPortMode | str | int,
+        trig1_polarity: e.TriggerPolarity | str | int,
+        trig2_mode: e.TriggerPortMode | str | int,
+        trig2_polarity: e.TriggerPolarity | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the configuration of the trigger ports.
+
+        Function and active state of the two trigger ports, each of which can be an input or an
+        output. Only for the KST101, KDC101 and KBD101. All values are written in one frame.
+
+        It can change the level of an output, and afterwards a signal at an input can start a move.
+        Do not apply a voltage outside of 0 to 5 V to the ports. The text of page 140 has 22 bytes.
+        The vendor's KBD101 example sends them, and its XA software requires them of a KDC101.
+
+        ``MOT_SET_KCUBETRIGIOCONFIG``, Issue 37, page 140. Erratum ``apt37-kcubetrigio-lengths``.
+
+        :param trig1_mode: function of port TRIG1; :class:`~.TriggerPortMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_RELATIVE_MOVE (2), INPUT_ABSOLUTE_MOVE (3), INPUT_HOME (4),
+            OUTPUT_LOGIC (0xa), OUTPUT_IN_MOTION (0xb), OUTPUT_MAX_VELOCITY (0xc),
+            OUTPUT_POSITIONS_FORWARD (0xd), OUTPUT_POSITIONS_REVERSE (0xe), OUTPUT_POSITIONS_BOTH
+            (0xf); from 0 to 65535.
+        :param trig1_polarity: active state of port TRIG1; page 140 has no values, page 156 has
+            them; :class:`~.TriggerPolarity`: HIGH (1), LOW (2).
+        :param trig2_mode: function of port TRIG2; :class:`~.TriggerPortMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_RELATIVE_MOVE (2), INPUT_ABSOLUTE_MOVE (3), INPUT_HOME (4),
+            OUTPUT_LOGIC (0xa), OUTPUT_IN_MOTION (0xb), OUTPUT_MAX_VELOCITY (0xc),
+            OUTPUT_POSITIONS_FORWARD (0xd), OUTPUT_POSITIONS_REVERSE (0xe), OUTPUT_POSITIONS_BOTH
+            (0xf); from 0 to 65535.
+        :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.KCUBE_TRIG_IO_CONFIG,
+            timeout,
+            trig1_mode=trig1_mode,
+            trig1_polarity=trig1_polarity,
+            trig2_mode=trig2_mode,
+            trig2_polarity=trig2_polarity,
+        )
+
+    async def change_kcube_trig_io_config(
+        self,
+        *,
+        trig1_mode: e.TriggerPortMode | str | int | None = None,
+        trig1_polarity: e.TriggerPolarity | str | int | None = None,
+        trig2_mode: e.TriggerPortMode | str | int | None = None,
+        trig2_polarity: e.TriggerPolarity | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.KcubeTrigIoConfig:
+        """Change the configuration of the trigger ports.
+
+        Function and active state of the two trigger ports, each of which can be an input or an
+        output. Only for the KST101, KDC101 and KBD101. Reads the current values, replaces the given
+        ones and writes all of them in one frame, under one lock. Returns the values written.
+
+        It can change the level of an output, and afterwards a signal at an input can start a move.
+        Do not apply a voltage outside of 0 to 5 V to the ports. The text of page 140 has 22 bytes.
+        The vendor's KBD101 example sends them, and its XA software requires them of a KDC101.
+
+        ``MOT_REQ_KCUBETRIGIOCONFIG``, ``MOT_GET_KCUBETRIGIOCONFIG``, ``MOT_SET_KCUBETRIGIOCONFIG``,
+        Issue 37, pages 140, 142, 143. Errata ``apt37-kcubetrigio-lengths``,
+        ``apt37-list-kcube-sets``.
+
+        :param trig1_mode: function of port TRIG1; :class:`~.TriggerPortMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_RELATIVE_MOVE (2), INPUT_ABSOLUTE_MOVE (3), INPUT_HOME (4),
+            OUTPUT_LOGIC (0xa), OUTPUT_IN_MOTION (0xb), OUTPUT_MAX_VELOCITY (0xc),
+            OUTPUT_POSITIONS_FORWARD (0xd), OUTPUT_POSITIONS_REVERSE (0xe), OUTPUT_POSITIONS_BOTH
+            (0xf); from 0 to 65535.
+        :param trig1_polarity: active state of port TRIG1; page 140 has no values, page 156 has
+            them; :class:`~.TriggerPolarity`: HIGH (1), LOW (2).
+        :param trig2_mode: function of port TRIG2; :class:`~.TriggerPortMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_RELATIVE_MOVE (2), INPUT_ABSOLUTE_MOVE (3), INPUT_HOME (4),
+            OUTPUT_LOGIC (0xa), OUTPUT_IN_MOTION (0xb), OUTPUT_MAX_VELOCITY (0xc),
+            OUTPUT_POSITIONS_FORWARD (0xd), OUTPUT_POSITIONS_REVERSE (0xe), OUTPUT_POSITIONS_BOTH
+            (0xf); from 0 to 65535.
+        :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.KCUBE_TRIG_IO_CONFIG,
+            timeout,
+            trig1_mode=trig1_mode,
+            trig1_polarity=trig1_polarity,
+            trig2_mode=trig2_mode,
+            trig2_polarity=trig2_polarity,
+        )
+
+
+class WithKcubePosTrigParams(Part):
+    """Position trigger parameters.
+
+    ``MOT_SET_KCUBEPOSTRIGPARAMS``, ``MOT_REQ_KCUBEPOSTRIGPARAMS``, ``MOT_GET_KCUBEPOSTRIGPARAMS``;
+    Issue 37, pages 144, 146, 147.
+    """
+
+    async def get_kcube_pos_trig_params(
+        self,
+        *,
+        timeout: float | None = None,
+    ) -> v.KcubePosTrigParams:
+        """Read the position trigger parameters.
+
+        Positions at which a trigger port in a mode for positions outputs pulses. Only for the
+        KST101, KDC101 and KBD101.
+
+        The printed layout and 12 reserved bytes. The vendor's KBD101 example sends these 46 bytes,
+        and its XA software requires them of a KDC101.
+
+        ``MOT_REQ_KCUBEPOSTRIGPARAMS``, ``MOT_GET_KCUBEPOSTRIGPARAMS``, Issue 37, pages 144, 146,
+        147. Errata ``apt37-kcubepostrig-lengths``, ``apt37-list-kcube-sets``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KCUBE_POS_TRIG_PARAMS, timeout)
+
+    async def set_kcube_pos_trig_params(
+        self,
+        *,
+        start_pos_fwd: int | None = None,
+        start_pos_fwd_mm: Number | None = None,
+        interval_fwd: int | None = None,
+        interval_fwd_mm: Number | None = None,
+        num_pulses_fwd: int,
+        start_pos_rev: int | None = None,
+        start_pos_rev_mm: Number | None = None,
+        interval_rev: int | None = None,
+        interval_rev_mm: Number | None = None,
+        num_pulses_rev: int,
+        pulse_width: int | None = None,
+        pulse_width_us: Number | None = None,
+        num_cycles: int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the position trigger parameters.
+
+        Positions at which a trigger port in a mode for positions outputs pulses. Only for the
+        KST101, KDC101 and KBD101. All values are written in one frame.
+
+        The pulses of the forward direction come first, then those of the reverse direction, then
+        the next cycle. Each pulse waits for its position, whatever the direction of the movement,
+        so a position that is never reached blocks all later pulses. The printed layout and 12
+        reserved bytes. The vendor's KBD101 example sends these 46 bytes, and its XA software
+        requires them of a KDC101.
+
+        ``MOT_SET_KCUBEPOSTRIGPARAMS``, Issue 37, pages 144, 146.
+
+        :param start_pos_fwd: position of the first pulse on the way forward; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
+            controller.
+        :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
+            controller.
+        :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
+        :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
+            controller.
+        :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
+            on the stage; from -2147483648 to 2147483647.
+        :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
+            controller.
+        :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
+        :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
+        :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
+        :param num_cycles: number of cycles of both directions; from -2147483648 to 2147483647.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.KCUBE_POS_TRIG_PARAMS,
+            timeout,
+            start_pos_fwd=start_pos_fwd,
+            start_pos_fwd_mm=start_pos_fwd_mm,
+            interval_fwd=interval_fwd,
+            interval_fwd_mm=interval_fwd_mm,
+            num_pulses_fwd=num_pulses_fwd,
+            start_pos_rev=start_pos_rev,
+            start_pos_rev_mm=start_pos_rev_mm,
+            interval_rev=interval_rev,
+            interval_rev_mm=interval_rev_mm,
+            num_pulses_rev=num_pulses_rev,
+            pulse_width=pulse_width,
+            pulse_width_us=pulse_width_us,
+            num_cycles=num_cycles,
+        )
+
+    async def change_kcube_pos_trig_params(
+        self,
+        *,
+        start_pos_fwd: int | None = None,
+        start_pos_fwd_mm: Number | None = None,
+        interval_fwd: int | None = None,
+        interval_fwd_mm: Number | None = None,
+        num_pulses_fwd: int | None = None,
+        start_pos_rev: int | None = None,
+        start_pos_rev_mm: Number | None = None,
+        interval_rev: int | None = None,
+        interval_rev_mm: Number | None = None,
+        num_pulses_rev: int | None = None,
+        pulse_width: int | None = None,
+        pulse_width_us: Number | None = None,
+        num_cycles: int | None = None,
+        timeout: float | None = None,
+    ) -> v.KcubePosTrigParams:
+        """Change the position trigger parameters.
+
+        Positions at which a trigger port in a mode for positions outputs pulses. Only for the
+        KST101, KDC101 and KBD101. Reads the current values, replaces the given ones and writes all
+        of them in one frame, under one lock. Returns the values written.
+
+        The pulses of the forward direction come first, then those of the reverse direction, then
+        the next cycle. Each pulse waits for its position, whatever the direction of the movement,
+        so a position that is never reached blocks all later pulses. The printed layout and 12
+        reserved bytes. The vendor's KBD101 example sends these 46 bytes, and its XA software
+        requires them of a KDC101.
+
+        ``MOT_REQ_KCUBEPOSTRIGPARAMS``, ``MOT_GET_KCUBEPOSTRIGPARAMS``,
+        ``MOT_SET_KCUBEPOSTRIGPARAMS``, Issue 37, pages 144, 146, 147. Errata
+        ``apt37-kcubepostrig-lengths``, ``apt37-list-kcube-sets``.
+
+        :param start_pos_fwd: position of the first pulse on the way forward; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
+            controller.
+        :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
+            controller.
+        :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
+        :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
+            controller.
+        :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
+            on the stage; from -2147483648 to 2147483647.
+        :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
+            controller.
+        :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
+        :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
+        :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
+        :param num_cycles: number of cycles of both directions; from -2147483648 to 2147483647.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.KCUBE_POS_TRIG_PARAMS,
+            timeout,
+            start_pos_fwd=start_pos_fwd,
+            start_pos_fwd_mm=start_pos_fwd_mm,
+            interval_fwd=interval_fwd,
+            interval_fwd_mm=interval_fwd_mm,
+            num_pulses_fwd=num_pulses_fwd,
+            start_pos_rev=start_pos_rev,
+            start_pos_rev_mm=start_pos_rev_mm,
+            interval_rev=interval_rev,
+            interval_rev_mm=interval_rev_mm,
+            num_pulses_rev=num_pulses_rev,
+            pulse_width=pulse_width,
+            pulse_width_us=pulse_width_us,
+            num_cycles=num_cycles,
+        )
+
+
+class WithKcubeKstLoopParams(Part):
+    """Closed loop parameters.
+
+    ``MOT_SET_KCUBEKSTLOOPPARAMS``, ``MOT_REQ_KCUBEKSTLOOPPARAMS``, ``MOT_GET_KCUBEKSTLOOPPARAMS``;
+    Issue 37, pages 148, 150.
+    """
+
+    async def get_kcube_kst_loop_params(
+        self,
+        *,
+        timeout: float | None = None,
+    ) -> v.KcubeKstLoopParams:
+        """Read the closed loop parameters.
+
+        Closed loop of a stepper motor with an encoder: mode and PID gains. Only for the KST101 and
+        BSC20x.
+
+        ``MOT_REQ_KCUBEKSTLOOPPARAMS``, ``MOT_GET_KCUBEKSTLOOPPARAMS``, Issue 37, pages 148, 150.
+        Erratum ``apt37-kstloop-table``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KCUBE_KST_LOOP_PARAMS, timeout)
+
+    async def set_kcube_kst_loop_params(
+        self,
+        *,
+        loop_mode: e.LoopMode | str | int,
+        prop: int,
+        integral: int,
+        diff: int,
+        pid_clip: int,
+        pid_tol: int,
+        encoder_const: int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the closed loop parameters.
+
+        Closed loop of a stepper motor with an encoder: mode and PID gains. Only for the KST101 and
+        BSC20x. All values are written in one frame.
+
+        The document does not say whether something moves. A change to closed loop, or of a gain in
+        closed loop, may start a correction of the position.
+
+        ``MOT_SET_KCUBEKSTLOOPPARAMS``, Issue 37, page 148. Errata ``apt37-kstloop-example-clip``,
+        ``apt37-kstloop-example-encoder``, ``apt37-kstloop-table``.
+
+        :param loop_mode: :class:`~.LoopMode`: OPEN_LOOP (1), CLOSED_LOOP (2).
+        :param prop: proportional gain; from 0 to 16777216.
+        :param integral: integral gain, Int in the document; from 0 to 16777216.
+        :param diff: differential gain; from 0 to 16777216.
+        :param pid_clip: cap on the output of the loop; 0 switches the output off; from 0 to
+            16777216.
+        :param pid_tol: output below which the loop counts as zero, against oscillation around the
+            target; from -2147483648 to 2147483647.
+        :param encoder_const: Microsteps per encoder count, as a signed number with 16 fractional
+            bits: 0x0028F5C3 is 40.96, and its two's complement 0xFFD70A3D is -40.96. 0 means that
+            the stage has no encoder. From 0 to 4294967295.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.KCUBE_KST_LOOP_PARAMS,
+            timeout,
+            loop_mode=loop_mode,
+            prop=prop,
+            integral=integral,
+            diff=diff,
+            pid_clip=pid_clip,
+            pid_tol=pid_tol,
+            encoder_const=encoder_const,
+        )
+
+    async def change_kcube_kst_loop_params(
+        self,
+        *,
+        loop_mode: e.LoopMode | str | int | None = None,
+        prop: int | None = None,
+        integral: int | None = None,
+        diff: int | None = None,
+        pid_clip: int | None = None,
+        pid_tol: int | None = None,
+        encoder_const: int | None = None,
+        timeout: float | None = None,
+    ) -> v.KcubeKstLoopParams:
+        """Change the closed loop parameters.
+
+        Closed loop of a stepper motor with an encoder: mode and PID gains. Only for the KST101 and
+        BSC20x. Reads the current values, replaces the given ones and writes all of them in one
+        frame, under one lock. Returns the values written.
+
+        The document does not say whether something moves. A change to closed loop, or of a gain in
+        closed loop, may start a correction of the position.
+
+        ``MOT_REQ_KCUBEKSTLOOPPARAMS``, ``MOT_GET_KCUBEKSTLOOPPARAMS``,
+        ``MOT_SET_KCUBEKSTLOOPPARAMS``, Issue 37, pages 148, 150. Errata
+        ``apt37-kstloop-example-clip``, ``apt37-kstloop-example-encoder``, ``apt37-kstloop-table``.
+
+        :param loop_mode: :class:`~.LoopMode`: OPEN_LOOP (1), CLOSED_LOOP (2).
+        :param prop: proportional gain; from 0 to 16777216.
+        :param integral: integral gain, Int in the document; from 0 to 16777216.
+        :param diff: differential gain; from 0 to 16777216.
+        :param pid_clip: cap on the output of the loop; 0 switches the output off; from 0 to
+            16777216.
+        :param pid_tol: output below which the loop counts as zero, against oscillation around the
+            target; from -2147483648 to 2147483647.
+        :param encoder_const: Microsteps per encoder count, as a signed number with 16 fractional
+            bits: 0x0028F5C3 is 40.96, and its two's complement 0xFFD70A3D is -40.96. 0 means that
+            the stage has no encoder. From 0 to 4294967295.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.KCUBE_KST_LOOP_PARAMS,
+            timeout,
+            loop_mode=loop_mode,
+            prop=prop,
+            integral=integral,
+            diff=diff,
+            pid_clip=pid_clip,
+            pid_tol=pid_tol,
+            encoder_const=encoder_const,
+        )
+
+
+class WithLcdDisplayParams(Part):
+    """Front panel display parameters.
+
+    ``MOT_SET_LCDDISPLAYPARAMS``, ``MOT_REQ_LCDDISPLAYPARAMS``, ``MOT_GET_LCDDISPLAYPARAMS``; Issue
+    37, page 168.
+    """
+
+    async def get_lcd_display_params(self, *, timeout: float | None = None) -> v.LcdDisplayParams:
+        """Read the front panel display parameters.
+
+        Display and knob of the front panel. Only for the BBD301, BBD302 and BBD303.
+
+        ``MOT_REQ_LCDDISPLAYPARAMS``, ``MOT_GET_LCDDISPLAYPARAMS``, Issue 37, page 168.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.LCD_DISPLAY_PARAMS, timeout)
+
+    async def set_lcd_display_params(
+        self,
+        *,
+        js_sensitivity: int,
+        disp_brightness: int | None = None,
+        disp_brightness_percent: Number | None = None,
+        disp_time_out: int | None = None,
+        disp_time_out_min: Number | None = None,
+        disp_dim_level: int | None = None,
+        disp_dim_level_percent: Number | None = None,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the front panel display parameters.
+
+        Display and knob of the front panel. Only for the BBD301, BBD302 and BBD303. All values are
+        written in one frame.
+
+        ``MOT_SET_LCDDISPLAYPARAMS``, Issue 37, page 168. Errata ``apt37-bbd30x-length-cells``,
+        ``apt37-dim-level-scale``, ``apt37-signs-of-words``.
+
+        :param js_sensitivity: Direction and scaling of the knob. Printed as word, but with the
+            range of a short. From -32768 to 32767.
+        :param disp_brightness: brightness of the display; in counts of 1 percent; from 0 to 100.
+        :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 100.
+        :param disp_time_out: time after which an unchanged display is dimmed; in counts of 1 min;
+            from 0 to 65535.
+        :param disp_time_out_min: ``disp_time_out`` in min; from 0 to 65535.
+        :param disp_dim_level: Brightness of the dimmed display; also limited by disp_brightness; in
+            counts of 1 percent; from 0 to 100.
+        :param disp_dim_level_percent: ``disp_dim_level`` in percent; from 0 to 100.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.LCD_DISPLAY_PARAMS,
+            timeout,
+            js_sensitivity=js_sensitivity,
+            disp_brightness=disp_brightness,
+            disp_brightness_percent=disp_brightness_percent,
+            disp_time_out=disp_time_out,
+            disp_time_out_min=disp_time_out_min,
+            disp_dim_level=disp_dim_level,
+            disp_dim_level_percent=disp_dim_level_percent,
+        )
+
+    async def change_lcd_display_params(
+        self,
+        *,
+        js_sensitivity: int | None = None,
+        disp_brightness: int | None = None,
+        disp_brightness_percent: Number | None = None,
+        disp_time_out: int | None = None,
+        disp_time_out_min: Number | None = None,
+        disp_dim_level: int | None = None,
+        disp_dim_level_percent: Number | None = None,
+        timeout: float | None = None,
+    ) -> v.LcdDisplayParams:
+        """Change the front panel display parameters.
+
+        Display and knob of the front panel. Only for the BBD301, BBD302 and BBD303. Reads the
+        current values, replaces the given ones and writes all of them in one frame, under one lock.
+        Returns the values written.
+
+        ``MOT_REQ_LCDDISPLAYPARAMS``, ``MOT_GET_LCDDISPLAYPARAMS``, ``MOT_SET_LCDDISPLAYPARAMS``,
+        Issue 37, page 168. Errata ``apt37-bbd30x-length-cells``, ``apt37-dim-level-scale``,
+        ``apt37-signs-of-words``.
+
+        :param js_sensitivity: Direction and scaling of the knob. Printed as word, but with the
+            range of a short. From -32768 to 32767.
+        :param disp_brightness: brightness of the display; in counts of 1 percent; from 0 to 100.
+        :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 100.
+        :param disp_time_out: time after which an unchanged display is dimmed; in counts of 1 min;
+            from 0 to 65535.
+        :param disp_time_out_min: ``disp_time_out`` in min; from 0 to 65535.
+        :param disp_dim_level: Brightness of the dimmed display; also limited by disp_brightness; in
+            counts of 1 percent; from 0 to 100.
+        :param disp_dim_level_percent: ``disp_dim_level`` in percent; from 0 to 100.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.LCD_DISPLAY_PARAMS,
+            timeout,
+            js_sensitivity=js_sensitivity,
+            disp_brightness=disp_brightness,
+            disp_brightness_percent=disp_brightness_percent,
+            disp_time_out=disp_time_out,
+            disp_time_out_min=disp_time_out_min,
+            disp_dim_level=disp_dim_level,
+            disp_dim_level_percent=disp_dim_level_percent,
+        )
+
+
+class WithLcdMoveParams(Part):
+    """Front panel move parameters.
+
+    ``MOT_SET_LCDMOVEPARAMS``, ``MOT_REQ_LCDMOVEPARAMS``, ``MOT_GET_LCDMOVEPARAMS``; Issue 37, pages
+    169, 170.
+    """
+
+    async def get_lcd_move_params(self, *, timeout: float | None = None) -> v.LcdMoveParams:
+        """Read the front panel move parameters.
+
+        Moves that an operator starts on the front panel. Only for the BBD301, BBD302 and BBD303.
+
+        50 bytes with three preset positions, as the vendor's XA software simulates it for the
+        BBD303 and as its C headers have it.
+
+        ``MOT_REQ_LCDMOVEPARAMS``, ``MOT_GET_LCDMOVEPARAMS``, Issue 37, pages 169, 170.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.LCD_MOVE_PARAMS, timeout)
+
+    async def set_lcd_move_params(
+        self,
+        *,
+        channel: e.MotorChannel | str | int,
+        js_mode: e.KnobMode | str | int,
+        jog_step_size: int | None = None,
+        jog_step_size_mm: Number | None = None,
+        accn: int | None = None,
+        accn_mm_per_s2: Number | None = None,
+        max_vel: int | None = None,
+        max_vel_mm_per_s: Number | None = None,
+        jog_stop_mode: e.StopMode | str | int,
+        preset_pos: int | None = None,
+        preset_pos_mm: Number | None = None,
+        preset_pos2: int | None = None,
+        preset_pos2_mm: Number | None = None,
+        preset_pos3: int | None = None,
+        preset_pos3_mm: Number | None = None,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the front panel move parameters.
+
+        Moves that an operator starts on the front panel. Only for the BBD301, BBD302 and BBD303.
+        All values are written in one frame.
+
+        50 bytes with three preset positions, as the vendor's XA software simulates it for the
+        BBD303 and as its C headers have it.
+
+        ``MOT_SET_LCDMOVEPARAMS``, Issue 37, page 169. Erratum ``apt37-lcdmove-length``.
+
+        :param channel: :class:`~.MotorChannel`: MOTCHAN1 (1), MOTCHAN2 (2), MOTCHAN3 (3).
+        :param js_mode: :class:`~.KnobMode`: VELOCITY (1), JOG (2); from 0 to 65535.
+        :param jog_step_size: length of a step in JOG mode; in counts; scale to mm depends on the
+            stage; from -2147483648 to 2147483647.
+        :param jog_step_size_mm: ``jog_step_size`` in mm; the scale depends on the stage and its
+            controller.
+        :param accn: acceleration of the moves; in counts; scale to mm/s^2 depends on the stage;
+            from -2147483648 to 2147483647.
+        :param accn_mm_per_s2: ``accn`` in mm/s^2; the scale depends on the stage and its
+            controller.
+        :param max_vel: maximum velocity of the moves; in counts; scale to mm/s depends on the
+            stage; from -2147483648 to 2147483647.
+        :param max_vel_mm_per_s: ``max_vel`` in mm/s; the scale depends on the stage and its
+            controller.
+        :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
+        :param preset_pos: first preset position; in counts; scale to mm depends on the stage; from
+            -2147483648 to 2147483647.
+        :param preset_pos_mm: ``preset_pos`` in mm; the scale depends on the stage and its
+            controller.
+        :param preset_pos2: second preset position; not in the document; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
+            controller.
+        :param preset_pos3: third preset position; not in the document; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
+            controller.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.LCD_MOVE_PARAMS,
+            timeout,
+            channel=channel,
+            js_mode=js_mode,
+            jog_step_size=jog_step_size,
+            jog_step_size_mm=jog_step_size_mm,
+            accn=accn,
+            accn_mm_per_s2=accn_mm_per_s2,
+            max_vel=max_vel,
+            max_vel_mm_per_s=max_vel_mm_per_s,
+            jog_stop_mode=jog_stop_mode,
+            preset_pos=preset_pos,
+            preset_pos_mm=preset_pos_mm,
+            preset_pos2=preset_pos2,
+            preset_pos2_mm=preset_pos2_mm,
+            preset_pos3=preset_pos3,
+            preset_pos3_mm=preset_pos3_mm,
+        )
+
+    async def change_lcd_move_params(
+        self,
+        *,
+        channel: e.MotorChannel | str | int | None = None,
+        js_mode: e.KnobMode | str | int | None = None,
+        jog_step_size: int | None = None,
+        jog_step_size_mm: Number | None = None,
+        accn: int | None = None,
+        accn_mm_per_s2: Number | None = None,
+        max_vel: int | None = None,
+        max_vel_mm_per_s: Number | None = None,
+        jog_stop_mode: e.StopMode | str | int | None = None,
+        preset_pos: int | None = None,
+        preset_pos_mm: Number | None = None,
+        preset_pos2: int | None = None,
+        preset_pos2_mm: Number | None = None,
+        preset_pos3: int | None = None,
+        preset_pos3_mm: Number | None = None,
+        timeout: float | None = None,
+    ) -> v.LcdMoveParams:
+        """Change the front panel move parameters.
+
+        Moves that an operator starts on the front panel. Only for the BBD301, BBD302 and BBD303.
+        Reads the current values, replaces the given ones and writes all of them in one frame, under
+        one lock. Returns the values written.
+
+        50 bytes with three preset positions, as the vendor's XA software simulates it for the
+        BBD303 and as its C headers have it.
+
+        ``MOT_REQ_LCDMOVEPARAMS``, ``MOT_GET_LCDMOVEPARAMS``, ``MOT_SET_LCDMOVEPARAMS``, Issue 37,
+        pages 169, 170. Erratum ``apt37-lcdmove-length``.
+
+        :param channel: :class:`~.MotorChannel`: MOTCHAN1 (1), MOTCHAN2 (2), MOTCHAN3 (3).
+        :param js_mode: :class:`~.KnobMode`: VELOCITY (1), JOG (2); from 0 to 65535.
+        :param jog_step_size: length of a step in JOG mode; in counts; scale to mm depends on the
+            stage; from -2147483648 to 2147483647.
+        :param jog_step_size_mm: ``jog_step_size`` in mm; the scale depends on the stage and its
+            controller.
+        :param accn: acceleration of the moves; in counts; scale to mm/s^2 depends on the stage;
+            from -2147483648 to 2147483647.
+        :param accn_mm_per_s2: ``accn`` in mm/s^2; the scale depends on the stage and its
+            controller.
+        :param max_vel: maximum velocity of the moves; in counts; scale to mm/s depends on the
+            stage; from -2147483648 to 2147483647.
+        :param max_vel_mm_per_s: ``max_vel`` in mm/s; the scale depends on the stage and its
+            controller.
+        :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
+        :param preset_pos: first preset position; in counts; scale to mm depends on the stage; from
+            -2147483648 to 2147483647.
+        :param preset_pos_mm: ``preset_pos`` in mm; the scale depends on the stage and its
+            controller.
+        :param preset_pos2: second preset position; not in the document; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
+            controller.
+        :param preset_pos3: third preset position; not in the document; in counts; scale to mm
+            depends on the stage; from -2147483648 to 2147483647.
+        :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
+            controller.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.LCD_MOVE_PARAMS,
+            timeout,
+            channel=channel,
+            js_mode=js_mode,
+            jog_step_size=jog_step_size,
+            jog_step_size_mm=jog_step_size_mm,
+            accn=accn,
+            accn_mm_per_s2=accn_mm_per_s2,
+            max_vel=max_vel,
+            max_vel_mm_per_s=max_vel_mm_per_s,
+            jog_stop_mode=jog_stop_mode,
+            preset_pos=preset_pos,
+            preset_pos_mm=preset_pos_mm,
+            preset_pos2=preset_pos2,
+            preset_pos2_mm=preset_pos2_mm,
+            preset_pos3=preset_pos3,
+            preset_pos3_mm=preset_pos3_mm,
+        )
+
+
+class CanSetMoveSynchArray(Part):
+    """Set the array of a synchronized move.
+
+    ``MOT_SET_MOVESYNCHARRAY``; Issue 37, pages 171, 172, 173.
+    """
+
+    async def set_move_synch_array(
+        self,
+        array_id: int,
+        channels: f.SynchronizedChannels | str | int,
+        num_points: int,
+        start_ix: int,
+        time_pos: tuple[int, ...],
+        *,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the array of a synchronized move.
+
+        Times and positions of a synchronized move, for up to three motor channels of a BBD30x. A
+        message has at most 256 points, an array 60000.
+
+        ``MOT_SET_MOVESYNCHARRAY``, Issue 37, pages 171, 172, 173. Errata ``apt37-list-synch-ids``,
+        ``apt37-synch-headers``, ``apt37-synch-ids``, ``apt37-syncharray-example-cut``.
+
+        :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
+        :param channels: motor channels whose positions follow; :class:`~.SynchronizedChannels`:
+            channel_1 (0x1), channel_2 (0x2), channel_3 (0x4), or several joined by ``|``.
+        :param num_points: number of points in this message; from 0 to 256.
+        :param start_ix: index of the first point of this message, counted from zero; from 0 to
+            65535.
+        :param time_pos: ``num_points`` rows of ``time``, since the point before, in a unit that the
+            document does not name, ``position`` for each bit of ``channels`` (in counts; scale to
+            mm depends on the stage); each from -2147483648 to 2147483647.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._tell(
+            t.SET_MOVE_SYNCH_ARRAY,
+            timeout,
+            array_id=array_id,
+            channels=channels,
+            num_points=num_points,
+            start_ix=start_ix,
+            time_pos=time_pos,
+        )
+
+
+class WithMoveSynchParams(Part):
+    """Synchronized move parameters.
+
+    ``MOT_SET_MOVESYNCHPARAMS``; Issue 37, page 174.
+    """
+
+    async def set_move_synch_params(
+        self,
+        *,
+        array_id: int,
+        cycle_start_ix: int,
+        cycle_end_ix: int,
+        num_cycles: int,
+        end_ix: int,
+        deceleration: int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the synchronized move parameters.
+
+        Part of the array of positions that a synchronized move repeats, and its end. Only for the
+        BBD30x. All values are written in one frame.
+
+        38 bytes, as in the example on page 175. The document does not name the reserved bytes after
+        the first three words.
+
+        ``MOT_SET_MOVESYNCHPARAMS``, Issue 37, page 174. Errata ``apt37-list-synch-ids``,
+        ``apt37-synch-headers``, ``apt37-synch-ids``, ``apt37-synchparams-example-length``,
+        ``apt37-synchparams-length``.
+
+        :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
+        :param cycle_start_ix: index of the first point that is repeated, counted from zero; from 0
+            to 65535.
+        :param cycle_end_ix: index of the last point that is repeated, counted from zero; from 0 to
+            65535.
+        :param num_cycles: number of repetitions; from 0 to 65535.
+        :param end_ix: index of the last point of the move, counted from zero; the BBD30x holds
+            60000 points; from 0 to 60000.
+        :param deceleration: time of the deceleration if the move is stopped, in servo intervals of
+            the controller; from -2147483648 to 2147483647.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._tell(
+            t.MOVE_SYNCH_PARAMS,
+            timeout,
+            array_id=array_id,
+            cycle_start_ix=cycle_start_ix,
+            cycle_end_ix=cycle_end_ix,
+            num_cycles=num_cycles,
+            end_ix=end_ix,
+            deceleration=deceleration,
+        )
+
+
+class CanMoveSynchStart(Part):
+    """Start a synchronized move.
+
+    ``MOT_MOVE_SYNCHSTART``; Issue 37, page 176.
+    """
+
+    async def move_synch_start(
+        self,
+        array_id: int,
+        channels: f.SynchronizedChannels | str | int,
+        trigger: e.SynchronizedTrigger | str | int,
+        *,
+        timeout: float | None = None,
+    ) -> None:
+        """Start a synchronized move.
+
+        Starts a synchronized move of several motor channels along an array of positions. Only for
+        the BBD30x.
+
+        First move each axis to the first position of the array, or it jumps there. MOT_MOVE_STOP
+        with the bits of the channels stops the move.
+
+        ``MOT_MOVE_SYNCHSTART``, Issue 37, page 176. Errata ``apt37-list-synch-ids``,
+        ``apt37-synch-headers``, ``apt37-synch-ids``.
+
+        :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
+        :param channels: motor channels that start; :class:`~.SynchronizedChannels`: channel_1
+            (0x1), channel_2 (0x2), channel_3 (0x4), or several joined by ``|``.
+        :param trigger: :class:`~.SynchronizedTrigger`: SOFTWARE (1); from 0 to 65535.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._tell(
+            t.MOVE_SYNCH_START,
+            timeout,
+            array_id=array_id,
+            channels=channels,
+            trigger=trigger,
         )

@@ -42,7 +42,8 @@ __all__ = [
 class WithPosControlMode(Part):
     """Position control mode.
 
-    ``PZ_SET_POSCONTROLMODE``, ``PZ_REQ_POSCONTROLMODE``, ``PZ_GET_POSCONTROLMODE``; pages 94, 95.
+    ``PZ_SET_POSCONTROLMODE``, ``PZ_REQ_POSCONTROLMODE``, ``PZ_GET_POSCONTROLMODE``; Issue 3, pages
+    94, 95.
     """
 
     async def get_pos_control_mode(self, *, timeout: float | None = None) -> v.PosControlMode:
@@ -50,7 +51,7 @@ class WithPosControlMode(Part):
 
         Open or closed loop. Closed loop needs an actuator with position sensing.
 
-        ``PZ_REQ_POSCONTROLMODE``, ``PZ_GET_POSCONTROLMODE``, pages 94, 95.
+        ``PZ_REQ_POSCONTROLMODE``, ``PZ_GET_POSCONTROLMODE``, Issue 3, pages 94, 95.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -72,7 +73,7 @@ class WithPosControlMode(Part):
 
         The actuator moves when the loop is closed or opened.
 
-        ``PZ_SET_POSCONTROLMODE``, page 94.
+        ``PZ_SET_POSCONTROLMODE``, Issue 3, page 94.
 
         :param mode: :class:`~.PositionControlMode`: OPEN_LOOP (1), CLOSED_LOOP (2),
             OPEN_LOOP_SMOOTH (3), CLOSED_LOOP_SMOOTH (4).
@@ -99,8 +100,8 @@ class WithPosControlMode(Part):
 
         The actuator moves when the loop is closed or opened.
 
-        ``PZ_REQ_POSCONTROLMODE``, ``PZ_GET_POSCONTROLMODE``, ``PZ_SET_POSCONTROLMODE``, pages 94,
-        95.
+        ``PZ_REQ_POSCONTROLMODE``, ``PZ_GET_POSCONTROLMODE``, ``PZ_SET_POSCONTROLMODE``, Issue 3,
+        pages 94, 95.
 
         :param mode: :class:`~.PositionControlMode`: OPEN_LOOP (1), CLOSED_LOOP (2),
             OPEN_LOOP_SMOOTH (3), CLOSED_LOOP_SMOOTH (4).
@@ -119,7 +120,7 @@ class WithPosControlMode(Part):
 class WithOutputVolts(Part):
     """Output voltage.
 
-    ``PZ_SET_OUTPUTVOLTS``, ``PZ_REQ_OUTPUTVOLTS``, ``PZ_GET_OUTPUTVOLTS``; page 96.
+    ``PZ_SET_OUTPUTVOLTS``, ``PZ_REQ_OUTPUTVOLTS``, ``PZ_GET_OUTPUTVOLTS``; Issue 3, page 96.
     """
 
     async def get_output_volts(self, *, timeout: float | None = None) -> v.OutputVolts:
@@ -127,7 +128,7 @@ class WithOutputVolts(Part):
 
         Output voltage of a channel in open loop; ignored when set in closed loop.
 
-        ``PZ_REQ_OUTPUTVOLTS``, ``PZ_GET_OUTPUTVOLTS``, page 96.
+        ``PZ_REQ_OUTPUTVOLTS``, ``PZ_GET_OUTPUTVOLTS``, Issue 3, page 96.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -148,7 +149,7 @@ class WithOutputVolts(Part):
         Output voltage of a channel in open loop; ignored when set in closed loop. All values are
         written in one frame.
 
-        ``PZ_SET_OUTPUTVOLTS``, page 96. Erratum ``apt-signed-range-7fff``.
+        ``PZ_SET_OUTPUTVOLTS``, Issue 3, page 96. Erratum ``apt-signed-range-7fff``.
 
         :param voltage: Share of the maximum output voltage setting; 32767 is 100 %; in counts;
             scale to V depends on maximum_volts; from -32768 to 32767.
@@ -176,8 +177,8 @@ class WithOutputVolts(Part):
         values, replaces the given ones and writes all of them in one frame, under one lock. Returns
         the values written.
 
-        ``PZ_REQ_OUTPUTVOLTS``, ``PZ_GET_OUTPUTVOLTS``, ``PZ_SET_OUTPUTVOLTS``, page 96. Erratum
-        ``apt-signed-range-7fff``.
+        ``PZ_REQ_OUTPUTVOLTS``, ``PZ_GET_OUTPUTVOLTS``, ``PZ_SET_OUTPUTVOLTS``, Issue 3, page 96.
+        Erratum ``apt-signed-range-7fff``.
 
         :param voltage: Share of the maximum output voltage setting; 32767 is 100 %; in counts;
             scale to V depends on maximum_volts; from -32768 to 32767.
@@ -199,7 +200,7 @@ class WithOutputVolts(Part):
 class WithOutputPos(Part):
     """Output position.
 
-    ``PZ_SET_OUTPUTPOS``, ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``; page 97.
+    ``PZ_SET_OUTPUTPOS``, ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``; Issue 3, page 97.
     """
 
     async def get_output_pos(self, *, timeout: float | None = None) -> v.OutputPos:
@@ -208,7 +209,7 @@ class WithOutputPos(Part):
         Position of the actuator in closed loop, counted from the zero set by PZ_SET_ZERO; ignored
         when set in open loop.
 
-        ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``, page 97.
+        ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``, Issue 3, page 97.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -229,7 +230,7 @@ class WithOutputPos(Part):
         Position of the actuator in closed loop, counted from the zero set by PZ_SET_ZERO; ignored
         when set in open loop. All values are written in one frame.
 
-        ``PZ_SET_OUTPUTPOS``, page 97. Erratum ``apt-outputpos-example-position``.
+        ``PZ_SET_OUTPUTPOS``, Issue 3, page 97. Erratum ``apt-outputpos-example-position``.
 
         :param position_sw: Share of the maximum travel; 32767 is 100 %; in counts; scale to um
             depends on maximum_travel; from 0 to 32767.
@@ -257,7 +258,7 @@ class WithOutputPos(Part):
         when set in open loop. Reads the current values, replaces the given ones and writes all of
         them in one frame, under one lock. Returns the values written.
 
-        ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``, ``PZ_SET_OUTPUTPOS``, page 97. Erratum
+        ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``, ``PZ_SET_OUTPUTPOS``, Issue 3, page 97. Erratum
         ``apt-outputpos-example-position``.
 
         :param position_sw: Share of the maximum travel; 32767 is 100 %; in counts; scale to um
@@ -280,7 +281,7 @@ class WithOutputPos(Part):
 class WithMaxTravel(Part):
     """Maximum travel.
 
-    ``PZ_REQ_MAXTRAVEL``, ``PZ_GET_MAXTRAVEL``; page 118.
+    ``PZ_REQ_MAXTRAVEL``, ``PZ_GET_MAXTRAVEL``; Issue 3, page 118.
     """
 
     async def get_max_travel(self, *, timeout: float | None = None) -> v.MaxTravel:
@@ -288,9 +289,9 @@ class WithMaxTravel(Part):
 
         Travel of the connected actuator, if it has position sensing; read from the actuator itself.
 
-        ``PZ_REQ_MAXTRAVEL``, ``PZ_GET_MAXTRAVEL``, page 118. Errata ``apt-list-bpc30x-maxtravel``,
-        ``apt-maxtravel-example-addresses``, ``apt-maxtravel-format-missing``,
-        ``apt-maxtravel-unit``, ``apt-request-channel-fixed``.
+        ``PZ_REQ_MAXTRAVEL``, ``PZ_GET_MAXTRAVEL``, Issue 3, page 118. Errata
+        ``apt-list-bpc30x-maxtravel``, ``apt-maxtravel-example-addresses``,
+        ``apt-maxtravel-format-missing``, ``apt-maxtravel-unit``, ``apt-request-channel-fixed``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -303,7 +304,8 @@ class WithMaxTravel(Part):
 class WithInputVoltsSrc(Part):
     """Input voltage sources.
 
-    ``PZ_SET_INPUTVOLTSSRC``, ``PZ_REQ_INPUTVOLTSSRC``, ``PZ_GET_INPUTVOLTSSRC``; pages 98, 99.
+    ``PZ_SET_INPUTVOLTSSRC``, ``PZ_REQ_INPUTVOLTSSRC``, ``PZ_GET_INPUTVOLTSSRC``; Issue 3, pages 98,
+    99.
     """
 
     async def get_input_volts_src(self, *, timeout: float | None = None) -> v.InputVoltsSrc:
@@ -311,7 +313,7 @@ class WithInputVoltsSrc(Part):
 
         Inputs that drive the high-voltage amplifier in addition to the voltage set by software.
 
-        ``PZ_REQ_INPUTVOLTSSRC``, ``PZ_GET_INPUTVOLTSSRC``, pages 98, 99.
+        ``PZ_REQ_INPUTVOLTSSRC``, ``PZ_GET_INPUTVOLTSSRC``, Issue 3, pages 98, 99.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -333,7 +335,7 @@ class WithInputVoltsSrc(Part):
 
         Setting them immediately changes the voltage by the signal at the selected inputs.
 
-        ``PZ_SET_INPUTVOLTSSRC``, page 98.
+        ``PZ_SET_INPUTVOLTSSRC``, Issue 3, page 98.
 
         :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`:
             external_signal (0x1), potentiometer (0x2), or several joined by ``|``.
@@ -360,7 +362,8 @@ class WithInputVoltsSrc(Part):
 
         Setting them immediately changes the voltage by the signal at the selected inputs.
 
-        ``PZ_REQ_INPUTVOLTSSRC``, ``PZ_GET_INPUTVOLTSSRC``, ``PZ_SET_INPUTVOLTSSRC``, pages 98, 99.
+        ``PZ_REQ_INPUTVOLTSSRC``, ``PZ_GET_INPUTVOLTSSRC``, ``PZ_SET_INPUTVOLTSSRC``, Issue 3, pages
+        98, 99.
 
         :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`:
             external_signal (0x1), potentiometer (0x2), or several joined by ``|``.
@@ -379,7 +382,7 @@ class WithInputVoltsSrc(Part):
 class WithPiConsts(Part):
     """Position loop constants.
 
-    ``PZ_SET_PICONSTS``, ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``; page 100.
+    ``PZ_SET_PICONSTS``, ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``; Issue 3, page 100.
     """
 
     async def get_pi_consts(self, *, timeout: float | None = None) -> v.PiConsts:
@@ -387,7 +390,7 @@ class WithPiConsts(Part):
 
         Proportional and integral term of the position loop; they only apply in closed loop.
 
-        ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``, page 100.
+        ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``, Issue 3, page 100.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -410,7 +413,7 @@ class WithPiConsts(Part):
 
         Setting them starts no move; a closed loop uses the new values immediately.
 
-        ``PZ_SET_PICONSTS``, page 100.
+        ``PZ_SET_PICONSTS``, Issue 3, page 100.
 
         :param prop_const: proportional term; from 0 to 255.
         :param int_const: integral term; from 0 to 255.
@@ -438,7 +441,7 @@ class WithPiConsts(Part):
 
         Setting them starts no move; a closed loop uses the new values immediately.
 
-        ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``, ``PZ_SET_PICONSTS``, page 100.
+        ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``, ``PZ_SET_PICONSTS``, Issue 3, page 100.
 
         :param prop_const: proportional term; from 0 to 255.
         :param int_const: integral term; from 0 to 255.
@@ -457,7 +460,7 @@ class WithPiConsts(Part):
 class CanSetZero(Part):
     """Zero the position reading.
 
-    ``PZ_SET_ZERO``; page 117.
+    ``PZ_SET_ZERO``; Issue 3, page 117.
     """
 
     async def set_zero(self, *, timeout: float | None = None) -> None:
@@ -466,7 +469,7 @@ class CanSetZero(Part):
         Applies zero volts to the actuator and uses the position read there as zero from then on;
         part of setting up the actuator.
 
-        ``PZ_SET_ZERO``, page 117.
+        ``PZ_SET_ZERO``, Issue 3, page 117.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -478,7 +481,7 @@ class CanSetZero(Part):
 class WithPzStatusBits(Part):
     """Piezo status bits.
 
-    ``PZ_REQ_PZSTATUSBITS``, ``PZ_GET_PZSTATUSBITS``; page 101.
+    ``PZ_REQ_PZSTATUSBITS``, ``PZ_GET_PZSTATUSBITS``; Issue 3, page 101.
     """
 
     async def get_pz_status_bits(self, *, timeout: float | None = None) -> v.PzStatusBits:
@@ -486,7 +489,7 @@ class WithPzStatusBits(Part):
 
         Status bits of a channel, without voltage and position.
 
-        ``PZ_REQ_PZSTATUSBITS``, ``PZ_GET_PZSTATUSBITS``, page 101. Errata
+        ``PZ_REQ_PZSTATUSBITS``, ``PZ_GET_PZSTATUSBITS``, Issue 3, page 101. Errata
         ``apt-lists-against-chapters``, ``apt-pz-digital-input-8-mask``,
         ``apt-pz-status-bits-13-15``.
 
@@ -501,7 +504,7 @@ class WithPzStatusBits(Part):
 class CanAckPzStatusUpdate(Part):
     """Acknowledge the status updates.
 
-    ``PZ_ACK_PZSTATUSUPDATE``; page 105.
+    ``PZ_ACK_PZSTATUSUPDATE``; Issue 3, page 105.
     """
 
     async def ack_pz_status_update(self, *, timeout: float | None = None) -> None:
@@ -510,7 +513,7 @@ class CanAckPzStatusUpdate(Part):
         Server alive. USB only. Send it at least once a second, or the controller stops sending
         after about 50 status messages. It has no answer.
 
-        ``PZ_ACK_PZSTATUSUPDATE``, page 105. Errata ``apt-ack-fifty``,
+        ``PZ_ACK_PZSTATUSUPDATE``, Issue 3, page 105. Errata ``apt-ack-fifty``,
         ``apt-lists-against-chapters``.
 
         :param timeout: in seconds; default: the timeout of the device.
@@ -523,7 +526,7 @@ class CanAckPzStatusUpdate(Part):
 class WithIoSettings(Part):
     """Input and output settings.
 
-    ``PZ_SET_IOSETTINGS``, ``PZ_REQ_IOSETTINGS``, ``PZ_GET_IOSETTINGS``; pages 119, 120.
+    ``PZ_SET_IOSETTINGS``, ``PZ_REQ_IOSETTINGS``, ``PZ_GET_IOSETTINGS``; Issue 3, pages 119, 120.
     """
 
     async def get_io_settings(self, *, timeout: float | None = None) -> v.IoSettings:
@@ -531,7 +534,7 @@ class WithIoSettings(Part):
 
         Current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
 
-        ``PZ_REQ_IOSETTINGS``, ``PZ_GET_IOSETTINGS``, pages 119, 120. Erratum
+        ``PZ_REQ_IOSETTINGS``, ``PZ_GET_IOSETTINGS``, Issue 3, pages 119, 120. Erratum
         ``apt-iosettings-length``.
 
         :param timeout: in seconds; default: the timeout of the device.
@@ -556,7 +559,7 @@ class WithIoSettings(Part):
 
         Setting them changes the output of the amplifier and of the BNC connectors.
 
-        ``PZ_SET_IOSETTINGS``, page 119. Errata ``apt-always-chan1``,
+        ``PZ_SET_IOSETTINGS``, Issue 3, page 119. Errata ``apt-always-chan1``,
         ``apt-iosettings-formats-missing``, ``apt-iosettings-length``.
 
         :param amp_current_lim: :class:`~.AmpCurrentLimit`: CURRENTLIMIT_100MA (0),
@@ -597,8 +600,9 @@ class WithIoSettings(Part):
 
         Setting them changes the output of the amplifier and of the BNC connectors.
 
-        ``PZ_REQ_IOSETTINGS``, ``PZ_GET_IOSETTINGS``, ``PZ_SET_IOSETTINGS``, pages 119, 120. Errata
-        ``apt-always-chan1``, ``apt-iosettings-formats-missing``, ``apt-iosettings-length``.
+        ``PZ_REQ_IOSETTINGS``, ``PZ_GET_IOSETTINGS``, ``PZ_SET_IOSETTINGS``, Issue 3, pages 119,
+        120. Errata ``apt-always-chan1``, ``apt-iosettings-formats-missing``,
+        ``apt-iosettings-length``.
 
         :param amp_current_lim: :class:`~.AmpCurrentLimit`: CURRENTLIMIT_100MA (0),
             CURRENTLIMIT_250MA (1), CURRENTLIMIT_500MA (2).
@@ -628,7 +632,8 @@ class WithIoSettings(Part):
 class WithOutputMaxVolts(Part):
     """Maximum output voltage.
 
-    ``PZ_SET_OUTPUTMAXVOLTS``, ``PZ_REQ_OUTPUTMAXVOLTS``, ``PZ_GET_OUTPUTMAXVOLTS``; pages 121, 122.
+    ``PZ_SET_OUTPUTMAXVOLTS``, ``PZ_REQ_OUTPUTMAXVOLTS``, ``PZ_GET_OUTPUTMAXVOLTS``; Issue 3, pages
+    121, 122.
     """
 
     async def get_output_max_volts(self, *, timeout: float | None = None) -> v.OutputMaxVolts:
@@ -637,7 +642,7 @@ class WithOutputMaxVolts(Part):
         Maximum output voltage, which must suit the actuator (75, 100 or 150 V). After a set, the
         controller reports the new maximum voltage and the new maximum travel unsolicited.
 
-        ``PZ_REQ_OUTPUTMAXVOLTS``, ``PZ_GET_OUTPUTMAXVOLTS``, pages 121, 122. Errata
+        ``PZ_REQ_OUTPUTMAXVOLTS``, ``PZ_GET_OUTPUTMAXVOLTS``, Issue 3, pages 121, 122. Errata
         ``apt-outputmaxvolts-flag-150v``, ``apt-outputmaxvolts-get-addresses``,
         ``apt-outputmaxvolts-values``, ``apt-request-channel-fixed``, ``apt-voltage-limit-values``.
 
@@ -665,7 +670,7 @@ class WithOutputMaxVolts(Part):
         Voltages are shares of it, so setting it may change the output. Too high a value may damage
         the actuator.
 
-        ``PZ_SET_OUTPUTMAXVOLTS``, page 121. Errata ``apt-outputmaxvolts-flag-150v``,
+        ``PZ_SET_OUTPUTMAXVOLTS``, Issue 3, page 121. Errata ``apt-outputmaxvolts-flag-150v``,
         ``apt-outputmaxvolts-length``, ``apt-outputmaxvolts-values``.
 
         :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); in counts of
@@ -702,10 +707,10 @@ class WithOutputMaxVolts(Part):
         Voltages are shares of it, so setting it may change the output. Too high a value may damage
         the actuator.
 
-        ``PZ_REQ_OUTPUTMAXVOLTS``, ``PZ_GET_OUTPUTMAXVOLTS``, ``PZ_SET_OUTPUTMAXVOLTS``, pages 121,
-        122. Errata ``apt-outputmaxvolts-flag-150v``, ``apt-outputmaxvolts-get-addresses``,
-        ``apt-outputmaxvolts-length``, ``apt-outputmaxvolts-values``, ``apt-request-channel-fixed``,
-        ``apt-voltage-limit-values``.
+        ``PZ_REQ_OUTPUTMAXVOLTS``, ``PZ_GET_OUTPUTMAXVOLTS``, ``PZ_SET_OUTPUTMAXVOLTS``, Issue 3,
+        pages 121, 122. Errata ``apt-outputmaxvolts-flag-150v``,
+        ``apt-outputmaxvolts-get-addresses``, ``apt-outputmaxvolts-length``,
+        ``apt-outputmaxvolts-values``, ``apt-request-channel-fixed``, ``apt-voltage-limit-values``.
 
         :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); in counts of
             1/10 V; from 0 to 1500.
@@ -736,7 +741,8 @@ class WithOutputMaxVolts(Part):
 class WithTpzSlewRates(Part):
     """Slew rates.
 
-    ``PZ_SET_TPZ_SLEWRATES``, ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``; pages 123, 124.
+    ``PZ_SET_TPZ_SLEWRATES``, ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``; Issue 3, pages
+    123, 124.
     """
 
     async def get_tpz_slew_rates(self, *, timeout: float | None = None) -> v.TpzSlewRates:
@@ -745,7 +751,7 @@ class WithTpzSlewRates(Part):
         Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
         provide their own, so normally no setting is needed.
 
-        ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``, pages 123, 124. Erratum
+        ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``, Issue 3, pages 123, 124. Erratum
         ``apt-request-channel-fixed``.
 
         :param timeout: in seconds; default: the timeout of the device.
@@ -769,7 +775,7 @@ class WithTpzSlewRates(Part):
         Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
         provide their own, so normally no setting is needed. All values are written in one frame.
 
-        ``PZ_SET_TPZ_SLEWRATES``, page 123. Errata ``apt-lists-against-chapters``,
+        ``PZ_SET_TPZ_SLEWRATES``, Issue 3, page 123. Errata ``apt-lists-against-chapters``,
         ``apt-slewrates-cut``.
 
         :param slew_open: open loop; 0 for no limit, 1 is the slowest; in counts; scale to V/ms
@@ -811,8 +817,8 @@ class WithTpzSlewRates(Part):
         provide their own, so normally no setting is needed. Reads the current values, replaces the
         given ones and writes all of them in one frame, under one lock. Returns the values written.
 
-        ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``, ``PZ_SET_TPZ_SLEWRATES``, pages 123,
-        124. Errata ``apt-lists-against-chapters``, ``apt-request-channel-fixed``,
+        ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``, ``PZ_SET_TPZ_SLEWRATES``, Issue 3, pages
+        123, 124. Errata ``apt-lists-against-chapters``, ``apt-request-channel-fixed``,
         ``apt-slewrates-cut``.
 
         :param slew_open: open loop; 0 for no limit, 1 is the slowest; in counts; scale to V/ms
@@ -846,7 +852,7 @@ class WithTpzSlewRates(Part):
 class CanSetPzStageParamDefaults(Part):
     """Restore the default parameters.
 
-    ``MOT_SET_PZSTAGEPARAMDEFAULTS``; page 125.
+    ``MOT_SET_PZSTAGEPARAMDEFAULTS``; Issue 3, page 125.
     """
 
     async def set_pz_stage_param_defaults(self, *, timeout: float | None = None) -> None:
@@ -857,7 +863,8 @@ class CanSetPzStageParamDefaults(Part):
         The document does not say which parameters it restores; those of the output may be among
         them.
 
-        ``MOT_SET_PZSTAGEPARAMDEFAULTS``, page 125. Erratum ``apt-pzstageparamdefaults-table-id``.
+        ``MOT_SET_PZSTAGEPARAMDEFAULTS``, Issue 3, page 125. Erratum
+        ``apt-pzstageparamdefaults-table-id``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -869,7 +876,7 @@ class CanSetPzStageParamDefaults(Part):
 class WithOutputLut(Part):
     """Waveform table.
 
-    ``PZ_SET_OUTPUTLUT``, ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``; pages 106, 107.
+    ``PZ_SET_OUTPUTLUT``, ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``; Issue 3, pages 106, 107.
     """
 
     async def get_output_lut(self, *, timeout: float | None = None) -> v.OutputLut:
@@ -879,7 +886,7 @@ class WithOutputLut(Part):
         volts in open loop and positions in closed loop; on units with PZ_SET_LUTVALUETYPE, that
         message selects the type before they are loaded. A request names the channel but no index.
 
-        ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``, pages 106, 107.
+        ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``, Issue 3, pages 106, 107.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -907,8 +914,8 @@ class WithOutputLut(Part):
         Setting a sample does not output anything; a waveform that is being output may use the new
         sample.
 
-        ``PZ_SET_OUTPUTLUT``, page 106. Errata ``apt-lut-bandwidth``, ``apt-lut-limits-by-unit``,
-        ``apt-lut-meaning``.
+        ``PZ_SET_OUTPUTLUT``, Issue 3, page 106. Errata ``apt-lut-bandwidth``,
+        ``apt-lut-limits-by-unit``, ``apt-lut-meaning``.
 
         :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
         :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions
@@ -948,8 +955,8 @@ class WithOutputLut(Part):
         Setting a sample does not output anything; a waveform that is being output may use the new
         sample.
 
-        ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``, ``PZ_SET_OUTPUTLUT``, pages 106, 107. Errata
-        ``apt-lut-bandwidth``, ``apt-lut-limits-by-unit``, ``apt-lut-meaning``.
+        ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``, ``PZ_SET_OUTPUTLUT``, Issue 3, pages 106, 107.
+        Errata ``apt-lut-bandwidth``, ``apt-lut-limits-by-unit``, ``apt-lut-meaning``.
 
         :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
         :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions
@@ -983,8 +990,8 @@ class WithOutputLut(Part):
 class WithOutputLutParams(Part):
     """Waveform output parameters.
 
-    ``PZ_SET_OUTPUTLUTPARAMS``, ``PZ_REQ_OUTPUTLUTPARAMS``, ``PZ_GET_OUTPUTLUTPARAMS``; pages 108,
-    111.
+    ``PZ_SET_OUTPUTLUTPARAMS``, ``PZ_REQ_OUTPUTLUTPARAMS``, ``PZ_GET_OUTPUTLUTPARAMS``; Issue 3,
+    pages 108, 111.
     """
 
     async def get_output_lut_params(self, *, timeout: float | None = None) -> v.OutputLutParams:
@@ -992,7 +999,7 @@ class WithOutputLutParams(Part):
 
         Settings with which PZ_START_LUTOUTPUT outputs the waveform table.
 
-        ``PZ_REQ_OUTPUTLUTPARAMS``, ``PZ_GET_OUTPUTLUTPARAMS``, pages 108, 111. Erratum
+        ``PZ_REQ_OUTPUTLUTPARAMS``, ``PZ_GET_OUTPUTLUTPARAMS``, Issue 3, pages 108, 111. Erratum
         ``apt-get-outputlutparams-table-id``.
 
         :param timeout: in seconds; default: the timeout of the device.
@@ -1025,7 +1032,7 @@ class WithOutputLutParams(Part):
         Settings with which PZ_START_LUTOUTPUT outputs the waveform table. All values are written in
         one frame.
 
-        ``PZ_SET_OUTPUTLUTPARAMS``, page 108. Errata ``apt-lut-bandwidth``,
+        ``PZ_SET_OUTPUTLUTPARAMS``, Issue 3, page 108. Errata ``apt-lut-bandwidth``,
         ``apt-lut-falling-edge``, ``apt-lut-limits-by-unit``, ``apt-lut-long-range``,
         ``apt-lut-ranges``, ``apt-outputlutparams-breakdown-length``,
         ``apt-outputlutparams-breakdown-order``, ``apt-outputlutparams-trigger-start``.
@@ -1112,8 +1119,8 @@ class WithOutputLutParams(Part):
         replaces the given ones and writes all of them in one frame, under one lock. Returns the
         values written.
 
-        ``PZ_REQ_OUTPUTLUTPARAMS``, ``PZ_GET_OUTPUTLUTPARAMS``, ``PZ_SET_OUTPUTLUTPARAMS``, pages
-        108, 111. Errata ``apt-get-outputlutparams-table-id``, ``apt-lut-bandwidth``,
+        ``PZ_REQ_OUTPUTLUTPARAMS``, ``PZ_GET_OUTPUTLUTPARAMS``, ``PZ_SET_OUTPUTLUTPARAMS``, Issue 3,
+        pages 108, 111. Errata ``apt-get-outputlutparams-table-id``, ``apt-lut-bandwidth``,
         ``apt-lut-falling-edge``, ``apt-lut-limits-by-unit``, ``apt-lut-long-range``,
         ``apt-lut-ranges``, ``apt-outputlutparams-breakdown-length``,
         ``apt-outputlutparams-breakdown-order``, ``apt-outputlutparams-trigger-start``.
@@ -1183,7 +1190,7 @@ class WithOutputLutParams(Part):
 class CanStartLutOutput(Part):
     """Start the waveform output.
 
-    ``PZ_START_LUTOUTPUT``; page 112.
+    ``PZ_START_LUTOUTPUT``; Issue 3, page 112.
     """
 
     async def start_lut_output(self, *, timeout: float | None = None) -> None:
@@ -1192,7 +1199,7 @@ class CanStartLutOutput(Part):
         Starts the output of the waveform table, or arms it if outputlut_inputtrig is set in
         PZ_SET_OUTPUTLUTPARAMS.
 
-        ``PZ_START_LUTOUTPUT``, page 112.
+        ``PZ_START_LUTOUTPUT``, Issue 3, page 112.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -1204,7 +1211,7 @@ class CanStartLutOutput(Part):
 class CanStopLutOutput(Part):
     """Stop the waveform output.
 
-    ``PZ_STOP_LUTOUTPUT``; page 112.
+    ``PZ_STOP_LUTOUTPUT``; Issue 3, page 112.
     """
 
     async def stop_lut_output(self, *, timeout: float | None = None) -> MotionEnd | None:
@@ -1212,7 +1219,7 @@ class CanStopLutOutput(Part):
 
         Stops the output of the waveform table. Sent ahead of all waiting requests.
 
-        ``PZ_STOP_LUTOUTPUT``, page 112.
+        ``PZ_STOP_LUTOUTPUT``, Issue 3, page 112.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -1224,7 +1231,7 @@ class CanStopLutOutput(Part):
 class WithLutValueType(Part):
     """Type of the waveform values.
 
-    ``PZ_SET_LUTVALUETYPE``; page 126.
+    ``PZ_SET_LUTVALUETYPE``; Issue 3, page 126.
     """
 
     async def set_lut_value_type(
@@ -1239,7 +1246,7 @@ class WithLutValueType(Part):
         they are loaded, so set this first, and reload them after a change. All values are written
         in one frame.
 
-        ``PZ_SET_LUTVALUETYPE``, page 126. Erratum ``apt-lut-meaning``.
+        ``PZ_SET_LUTVALUETYPE``, Issue 3, page 126. Erratum ``apt-lut-meaning``.
 
         :param lut_type: :class:`~.LutValueType`: VOLTAGE (1), POSITION (2).
         :param timeout: in seconds; default: the timeout of the device.
@@ -1255,7 +1262,7 @@ class WithLutValueType(Part):
 class WithPzEepromParams(Part):
     """Parameters in EEPROM.
 
-    ``PZ_SET_EEPROMPARAMS``; page 113.
+    ``PZ_SET_EEPROMPARAMS``; Issue 3, page 113.
     """
 
     async def set_eeprom_params(self, *, msg_id: int, timeout: float | None = None) -> None:
@@ -1264,7 +1271,7 @@ class WithPzEepromParams(Part):
         Saves the present parameters of one message so that they survive a power cycle. All values
         are written in one frame.
 
-        ``PZ_SET_EEPROMPARAMS``, page 113.
+        ``PZ_SET_EEPROMPARAMS``, Issue 3, page 113.
 
         :param msg_id: id of the message whose parameters are saved; from 0 to 65535.
         :param timeout: in seconds; default: the timeout of the device.
@@ -1280,7 +1287,8 @@ class WithPzEepromParams(Part):
 class WithTpzDispSettings(Part):
     """Display settings.
 
-    ``PZ_SET_TPZ_DISPSETTINGS``, ``PZ_REQ_TPZ_DISPSETTINGS``, ``PZ_GET_TPZ_DISPSETTINGS``; page 114.
+    ``PZ_SET_TPZ_DISPSETTINGS``, ``PZ_REQ_TPZ_DISPSETTINGS``, ``PZ_GET_TPZ_DISPSETTINGS``; Issue 3,
+    page 114.
     """
 
     async def get_tpz_disp_settings(self, *, timeout: float | None = None) -> v.TpzDispSettings:
@@ -1288,7 +1296,7 @@ class WithTpzDispSettings(Part):
 
         Brightness of the front display of a TPZ001.
 
-        ``PZ_REQ_TPZ_DISPSETTINGS``, ``PZ_GET_TPZ_DISPSETTINGS``, page 114.
+        ``PZ_REQ_TPZ_DISPSETTINGS``, ``PZ_GET_TPZ_DISPSETTINGS``, Issue 3, page 114.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1308,7 +1316,7 @@ class WithTpzDispSettings(Part):
 
         Brightness of the front display of a TPZ001. All values are written in one frame.
 
-        ``PZ_SET_TPZ_DISPSETTINGS``, page 114. Errata ``apt-dispsettings-percent``,
+        ``PZ_SET_TPZ_DISPSETTINGS``, Issue 3, page 114. Errata ``apt-dispsettings-percent``,
         ``apt-lists-against-chapters``.
 
         :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
@@ -1340,8 +1348,8 @@ class WithTpzDispSettings(Part):
         Brightness of the front display of a TPZ001. Reads the current values, replaces the given
         ones and writes all of them in one frame, under one lock. Returns the values written.
 
-        ``PZ_REQ_TPZ_DISPSETTINGS``, ``PZ_GET_TPZ_DISPSETTINGS``, ``PZ_SET_TPZ_DISPSETTINGS``, page
-        114. Errata ``apt-dispsettings-percent``, ``apt-lists-against-chapters``.
+        ``PZ_REQ_TPZ_DISPSETTINGS``, ``PZ_GET_TPZ_DISPSETTINGS``, ``PZ_SET_TPZ_DISPSETTINGS``, Issue
+        3, page 114. Errata ``apt-dispsettings-percent``, ``apt-lists-against-chapters``.
 
         :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
         :param percent: ``disp_intensity`` in percent; from 0 to 100.
@@ -1367,7 +1375,8 @@ class WithTpzDispSettings(Part):
 class WithTpzIoSettings(Part):
     """Input and output settings.
 
-    ``PZ_SET_TPZ_IOSETTINGS``, ``PZ_REQ_TPZ_IOSETTINGS``, ``PZ_GET_TPZ_IOSETTINGS``; pages 115, 116.
+    ``PZ_SET_TPZ_IOSETTINGS``, ``PZ_REQ_TPZ_IOSETTINGS``, ``PZ_GET_TPZ_IOSETTINGS``; Issue 3, pages
+    115, 116.
     """
 
     async def get_tpz_io_settings(self, *, timeout: float | None = None) -> v.TpzIoSettings:
@@ -1375,7 +1384,7 @@ class WithTpzIoSettings(Part):
 
         Voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
 
-        ``PZ_REQ_TPZ_IOSETTINGS``, ``PZ_GET_TPZ_IOSETTINGS``, pages 115, 116. Errata
+        ``PZ_REQ_TPZ_IOSETTINGS``, ``PZ_GET_TPZ_IOSETTINGS``, Issue 3, pages 115, 116. Errata
         ``apt-get-tpz-iosettings-table-id``, ``apt-request-channel-fixed``,
         ``apt-tpz-iosettings-length``.
 
@@ -1401,7 +1410,7 @@ class WithTpzIoSettings(Part):
         Setting them changes the output: they determine the voltage range and the feedback that a
         closed loop follows.
 
-        ``PZ_SET_TPZ_IOSETTINGS``, page 115. Errata ``apt-future-use-rows-missing``,
+        ``PZ_SET_TPZ_IOSETTINGS``, Issue 3, page 115. Errata ``apt-future-use-rows-missing``,
         ``apt-tpz-iosettings-length``, ``apt-voltage-limit-values``.
 
         :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`: VOLTAGELIMIT_75V (1),
@@ -1438,8 +1447,8 @@ class WithTpzIoSettings(Part):
         Setting them changes the output: they determine the voltage range and the feedback that a
         closed loop follows.
 
-        ``PZ_REQ_TPZ_IOSETTINGS``, ``PZ_GET_TPZ_IOSETTINGS``, ``PZ_SET_TPZ_IOSETTINGS``, pages 115,
-        116. Errata ``apt-future-use-rows-missing``, ``apt-get-tpz-iosettings-table-id``,
+        ``PZ_REQ_TPZ_IOSETTINGS``, ``PZ_GET_TPZ_IOSETTINGS``, ``PZ_SET_TPZ_IOSETTINGS``, Issue 3,
+        pages 115, 116. Errata ``apt-future-use-rows-missing``, ``apt-get-tpz-iosettings-table-id``,
         ``apt-request-channel-fixed``, ``apt-tpz-iosettings-length``, ``apt-voltage-limit-values``.
 
         :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`: VOLTAGELIMIT_75V (1),
@@ -1466,7 +1475,8 @@ class WithTpzIoSettings(Part):
 class WithTsgIoSettings(Part):
     """Strain gauge settings.
 
-    ``PZ_SET_TSG_IOSETTINGS``, ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``; pages 127, 128.
+    ``PZ_SET_TSG_IOSETTINGS``, ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``; Issue 3, pages
+    127, 128.
     """
 
     async def get_tsg_io_settings(self, *, timeout: float | None = None) -> v.TsgIoSettings:
@@ -1474,7 +1484,7 @@ class WithTsgIoSettings(Part):
 
         Feedback path, display and force calibration of a TSG001.
 
-        ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``, pages 127, 128. Errata
+        ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``, Issue 3, pages 127, 128. Errata
         ``apt-get-tsg-iosettings-size``, ``apt-request-channel-fixed``.
 
         :param timeout: in seconds; default: the timeout of the device.
@@ -1500,7 +1510,7 @@ class WithTsgIoSettings(Part):
 
         Setting them changes the feedback path that the closed loop of a TPZ001 follows.
 
-        ``PZ_SET_TSG_IOSETTINGS``, page 127. Errata ``apt-force-calib-range``,
+        ``PZ_SET_TSG_IOSETTINGS``, Issue 3, page 127. Errata ``apt-force-calib-range``,
         ``apt-future-use-rows-missing``, ``apt-tsg-iosettings-example-short``.
 
         :param hub_analogue_output: path of the feedback signal to a TPZ001;
@@ -1545,8 +1555,8 @@ class WithTsgIoSettings(Part):
 
         Setting them changes the feedback path that the closed loop of a TPZ001 follows.
 
-        ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``, ``PZ_SET_TSG_IOSETTINGS``, pages 127,
-        128. Errata ``apt-force-calib-range``, ``apt-future-use-rows-missing``,
+        ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``, ``PZ_SET_TSG_IOSETTINGS``, Issue 3,
+        pages 127, 128. Errata ``apt-force-calib-range``, ``apt-future-use-rows-missing``,
         ``apt-get-tsg-iosettings-size``, ``apt-request-channel-fixed``,
         ``apt-tsg-iosettings-example-short``.
 
@@ -1582,7 +1592,7 @@ class WithTsgIoSettings(Part):
 class WithTsgReading(Part):
     """Strain gauge reading.
 
-    ``PZ_REQ_TSG_READING``, ``PZ_GET_TSG_READING``; page 129.
+    ``PZ_REQ_TSG_READING``, ``PZ_GET_TSG_READING``; Issue 3, page 129.
     """
 
     async def get_tsg_reading(self, *, timeout: float | None = None) -> v.TsgReading:
@@ -1591,7 +1601,7 @@ class WithTsgReading(Part):
         Reading of the strain gauge, in the unit that the display mode of PZ_SET_TSG_IOSETTINGS
         selects; sampled at 500 Hz.
 
-        ``PZ_REQ_TSG_READING``, ``PZ_GET_TSG_READING``, page 129. Errata
+        ``PZ_REQ_TSG_READING``, ``PZ_GET_TSG_READING``, Issue 3, page 129. Errata
         ``apt-tsg-reading-columns``, ``apt-tsg-reading-example-addresses``,
         ``apt-tsg-reading-range``, ``apt-tsg-reading-unit``.
 

@@ -18,7 +18,7 @@ class WithSolOperatingMode(Part):
     """Solenoid operating mode.
 
     ``MOT_SET_SOL_OPERATINGMODE``, ``MOT_REQ_SOL_OPERATINGMODE``, ``MOT_GET_SOL_OPERATINGMODE``;
-    pages 85, 86.
+    Issue 3, pages 85, 86.
     """
 
     async def get_sol_operating_mode(self, *, timeout: float | None = None) -> v.SolOperatingMode:
@@ -26,7 +26,7 @@ class WithSolOperatingMode(Part):
 
         Operating mode of the solenoid driver.
 
-        ``MOT_REQ_SOL_OPERATINGMODE``, ``MOT_GET_SOL_OPERATINGMODE``, pages 85, 86.
+        ``MOT_REQ_SOL_OPERATINGMODE``, ``MOT_GET_SOL_OPERATINGMODE``, Issue 3, pages 85, 86.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -48,7 +48,7 @@ class WithSolOperatingMode(Part):
         Setting it transfers control of the solenoid to another source, such as the trigger input,
         which may open it immediately.
 
-        ``MOT_SET_SOL_OPERATINGMODE``, page 85. Erratum ``apt-four-bit-integer``.
+        ``MOT_SET_SOL_OPERATINGMODE``, Issue 3, page 85. Erratum ``apt-four-bit-integer``.
 
         :param operating_mode: :class:`~.SolenoidOperatingMode`: SOLENOID_MANUAL (1),
             SOLENOID_SINGLE (2), SOLENOID_AUTO (3), SOLENOID_TRIGGER (4).
@@ -76,7 +76,7 @@ class WithSolOperatingMode(Part):
         which may open it immediately.
 
         ``MOT_REQ_SOL_OPERATINGMODE``, ``MOT_GET_SOL_OPERATINGMODE``, ``MOT_SET_SOL_OPERATINGMODE``,
-        pages 85, 86. Erratum ``apt-four-bit-integer``.
+        Issue 3, pages 85, 86. Erratum ``apt-four-bit-integer``.
 
         :param operating_mode: :class:`~.SolenoidOperatingMode`: SOLENOID_MANUAL (1),
             SOLENOID_SINGLE (2), SOLENOID_AUTO (3), SOLENOID_TRIGGER (4).
@@ -95,8 +95,8 @@ class WithSolOperatingMode(Part):
 class WithSolCycleParams(Part):
     """Solenoid cycle parameters.
 
-    ``MOT_SET_SOL_CYCLEPARAMS``, ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``; pages 87,
-    88.
+    ``MOT_SET_SOL_CYCLEPARAMS``, ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``; Issue 3,
+    pages 87, 88.
     """
 
     async def get_sol_cycle_params(self, *, timeout: float | None = None) -> v.SolCycleParams:
@@ -104,7 +104,7 @@ class WithSolCycleParams(Part):
 
         Times and number of cycles for every operating mode except the manual one.
 
-        ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, pages 87, 88.
+        ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, Issue 3, pages 87, 88.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -130,13 +130,13 @@ class WithSolCycleParams(Part):
 
         Setting them opens nothing; running cycles may use the new times.
 
-        ``MOT_SET_SOL_CYCLEPARAMS``, page 87. Erratum ``apt-sol-numcycles-trigger``.
+        ``MOT_SET_SOL_CYCLEPARAMS``, Issue 3, page 87. Erratum ``apt-sol-numcycles-trigger``.
 
         :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
-            from 400 to 40000000.
+            from 100 to 40000000.
         :param on_time_ms: ``on_time`` in ms; the scale depends on the controller model.
         :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the
-            unit; from 400 to 40000000.
+            unit; from 100 to 40000000.
         :param off_time_ms: ``off_time`` in ms; the scale depends on the controller model.
         :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
             SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
@@ -176,14 +176,14 @@ class WithSolCycleParams(Part):
 
         Setting them opens nothing; running cycles may use the new times.
 
-        ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, ``MOT_SET_SOL_CYCLEPARAMS``, pages
-        87, 88. Erratum ``apt-sol-numcycles-trigger``.
+        ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, ``MOT_SET_SOL_CYCLEPARAMS``, Issue
+        3, pages 87, 88. Erratum ``apt-sol-numcycles-trigger``.
 
         :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
-            from 400 to 40000000.
+            from 100 to 40000000.
         :param on_time_ms: ``on_time`` in ms; the scale depends on the controller model.
         :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the
-            unit; from 400 to 40000000.
+            unit; from 100 to 40000000.
         :param off_time_ms: ``off_time`` in ms; the scale depends on the controller model.
         :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
             SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
@@ -213,7 +213,7 @@ class WithSolInterlockMode(Part):
     """Solenoid interlock mode.
 
     ``MOT_SET_SOL_INTERLOCKMODE``, ``MOT_REQ_SOL_INTERLOCKMODE``, ``MOT_GET_SOL_INTERLOCKMODE``;
-    pages 89, 90.
+    Issue 3, pages 89, 90.
     """
 
     async def get_sol_interlock_mode(self, *, timeout: float | None = None) -> v.SolInterlockMode:
@@ -221,7 +221,7 @@ class WithSolInterlockMode(Part):
 
         Whether the hardware interlock must be fitted before the driver operates.
 
-        ``MOT_REQ_SOL_INTERLOCKMODE``, ``MOT_GET_SOL_INTERLOCKMODE``, pages 89, 90.
+        ``MOT_REQ_SOL_INTERLOCKMODE``, ``MOT_GET_SOL_INTERLOCKMODE``, Issue 3, pages 89, 90.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -243,7 +243,7 @@ class WithSolInterlockMode(Part):
 
         SOLENOID_DISABLED removes the protection that prevents the solenoid from opening.
 
-        ``MOT_SET_SOL_INTERLOCKMODE``, page 89. Erratum ``apt-four-bit-integer``.
+        ``MOT_SET_SOL_INTERLOCKMODE``, Issue 3, page 89. Erratum ``apt-four-bit-integer``.
 
         :param interlock_mode: :class:`~.SolenoidInterlockMode`: SOLENOID_ENABLED (1),
             SOLENOID_DISABLED (2).
@@ -271,7 +271,7 @@ class WithSolInterlockMode(Part):
         SOLENOID_DISABLED removes the protection that prevents the solenoid from opening.
 
         ``MOT_REQ_SOL_INTERLOCKMODE``, ``MOT_GET_SOL_INTERLOCKMODE``, ``MOT_SET_SOL_INTERLOCKMODE``,
-        pages 89, 90. Erratum ``apt-four-bit-integer``.
+        Issue 3, pages 89, 90. Erratum ``apt-four-bit-integer``.
 
         :param interlock_mode: :class:`~.SolenoidInterlockMode`: SOLENOID_ENABLED (1),
             SOLENOID_DISABLED (2).
@@ -290,7 +290,7 @@ class WithSolInterlockMode(Part):
 class WithSolState(Part):
     """Solenoid state.
 
-    ``MOT_SET_SOL_STATE``, ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``; pages 91, 92.
+    ``MOT_SET_SOL_STATE``, ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``; Issue 3, pages 91, 92.
     """
 
     async def get_sol_state(self, *, timeout: float | None = None) -> v.SolState:
@@ -298,7 +298,7 @@ class WithSolState(Part):
 
         Output state of the solenoid; setting it overrides the active settings.
 
-        ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``, pages 91, 92.
+        ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``, Issue 3, pages 91, 92.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -318,7 +318,7 @@ class WithSolState(Part):
         Output state of the solenoid; setting it overrides the active settings. All values are
         written in one frame.
 
-        ``MOT_SET_SOL_STATE``, page 91. Erratum ``apt-four-bit-integer``.
+        ``MOT_SET_SOL_STATE``, Issue 3, page 91. Erratum ``apt-four-bit-integer``.
 
         :param state: :class:`~.SolenoidState`: SOLENOID_ON (1), SOLENOID_OFF (2).
         :param timeout: in seconds; default: the timeout of the device.
@@ -342,8 +342,8 @@ class WithSolState(Part):
         values, replaces the given ones and writes all of them in one frame, under one lock. Returns
         the values written.
 
-        ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``, ``MOT_SET_SOL_STATE``, pages 91, 92. Erratum
-        ``apt-four-bit-integer``.
+        ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``, ``MOT_SET_SOL_STATE``, Issue 3, pages 91, 92.
+        Erratum ``apt-four-bit-integer``.
 
         :param state: :class:`~.SolenoidState`: SOLENOID_ON (1), SOLENOID_OFF (2).
         :param timeout: in seconds; default: the timeout of the device.

@@ -14,13 +14,15 @@ from stagewire_apt.devices import values as v
 __all__ = [
     "CanDisconnect",
     "CanIdentify",
+    "CanSetChanEnableState",
     "CanStartUpdates",
     "CanStopUpdates",
     "WithChanEnableState",
-    "WithDigOutputs",
     "WithHubBayUsed",
     "WithInfo",
+    "WithModDigOutputs",
     "WithRackBayUsed",
+    "WithRackDigOutputs",
     "WithRackStatusBits",
 ]
 
@@ -28,7 +30,7 @@ __all__ = [
 class CanDisconnect(Part):
     """Announce that the host disconnects.
 
-    ``HW_DISCONNECT``; page 19.
+    ``HW_DISCONNECT``; Issue 3, page 19.
     """
 
     def disconnect(self, *, timeout: float | None = None) -> None:
@@ -40,7 +42,7 @@ class CanDisconnect(Part):
         The example addresses a motherboard; the document does not say whether a bay also accepts
         it.
 
-        ``HW_DISCONNECT``, page 19. Erratum ``apt-disconnect-example-source``.
+        ``HW_DISCONNECT``, Issue 3, page 19. Erratum ``apt-disconnect-example-source``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -52,16 +54,17 @@ class CanDisconnect(Part):
 class WithInfo(Part):
     """Hardware information.
 
-    ``HW_REQ_INFO``, ``HW_GET_INFO``; page 21.
+    ``HW_REQ_INFO``, ``HW_GET_INFO``; Issue 37, page 52.
     """
 
     def get_info(self, *, timeout: float | None = None) -> v.Info:
         """Read the hardware information.
 
-        Identity of the unit: serial number, model, type, firmware version and number of channels.
+        Identity of the unit: serial number, model, type, versions of firmware and hardware, and
+        number of channels.
 
-        ``HW_REQ_INFO``, ``HW_GET_INFO``, page 21. Errata ``apt-hw-info-example-addresses``,
-        ``apt-hw-info-example-notes``, ``apt-software-version-number``.
+        ``HW_REQ_INFO``, ``HW_GET_INFO``, Issue 37, page 52. Errata ``apt37-hardware-info``,
+        ``apt37-hw-info-example-mod-state``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -74,7 +77,7 @@ class WithInfo(Part):
 class CanStartUpdates(Part):
     """Start the periodic status messages.
 
-    ``HW_START_UPDATEMSGS``; page 20.
+    ``HW_START_UPDATEMSGS``; Issue 3, page 20.
     """
 
     def start_updates(self, update_rate: int = 10, *, timeout: float | None = None) -> None:
@@ -85,7 +88,7 @@ class CanStartUpdates(Part):
 
         The document does not say whether a motherboard, a bay or both accept it.
 
-        ``HW_START_UPDATEMSGS``, page 20.
+        ``HW_START_UPDATEMSGS``, Issue 3, page 20. Erratum ``apt37-update-rate``.
 
         :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; the
             document gives neither a unit nor a default; from 0 to 255.
@@ -102,7 +105,7 @@ class CanStartUpdates(Part):
 class CanStopUpdates(Part):
     """Stop the periodic status messages.
 
-    ``HW_STOP_UPDATEMSGS``; page 20.
+    ``HW_STOP_UPDATEMSGS``; Issue 3, page 20.
     """
 
     def stop_updates(self, *, timeout: float | None = None) -> None:
@@ -113,7 +116,7 @@ class CanStopUpdates(Part):
 
         The document does not say whether a motherboard, a bay or both accept it.
 
-        ``HW_STOP_UPDATEMSGS``, page 20. Erratum ``apt-summary-stop-updatemsgs-id``.
+        ``HW_STOP_UPDATEMSGS``, Issue 3, page 20. Erratum ``apt-summary-stop-updatemsgs-id``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -125,7 +128,7 @@ class CanStopUpdates(Part):
 class WithRackBayUsed(Part):
     """Occupancy of a rack bay.
 
-    ``RACK_REQ_BAYUSED``, ``RACK_GET_BAYUSED``; page 23.
+    ``RACK_REQ_BAYUSED``, ``RACK_GET_BAYUSED``; Issue 3, page 23.
     """
 
     def get_bay_used(
@@ -138,8 +141,9 @@ class WithRackBayUsed(Part):
 
         Whether a bay of the rack holds a module; the motherboard answers.
 
-        ``RACK_REQ_BAYUSED``, ``RACK_GET_BAYUSED``, page 23. Errata ``apt-bay-idents``,
-        ``apt-rack-bayused-example-id``, ``apt-rack-get-bayused-example-addresses``.
+        ``RACK_REQ_BAYUSED``, ``RACK_GET_BAYUSED``, Issue 3, page 23. Errata ``apt-bay-idents``,
+        ``apt-rack-bayused-example-id``, ``apt-rack-get-bayused-example-addresses``,
+        ``apt37-bay-numbers``.
 
         :param bay_ident: :class:`~.RackBay`: BAY_1 (0), BAY_2 (1), BAY_3 (2), BAY_4 (3), BAY_5 (4),
             BAY_6 (5), BAY_7 (6), BAY_8 (7), BAY_9 (8), BAY_10 (9).
@@ -157,7 +161,7 @@ class WithRackBayUsed(Part):
 class WithHubBayUsed(Part):
     """Hub bay of the unit.
 
-    ``HUB_REQ_BAYUSED``, ``HUB_GET_BAYUSED``; page 24.
+    ``HUB_REQ_BAYUSED``, ``HUB_GET_BAYUSED``; Issue 3, page 24.
     """
 
     def get_bay_used(self, *, timeout: float | None = None) -> v.HubBayUsed:
@@ -165,7 +169,8 @@ class WithHubBayUsed(Part):
 
         Bay of the hub that holds the addressed T-Cube.
 
-        ``HUB_REQ_BAYUSED``, ``HUB_GET_BAYUSED``, page 24. Erratum ``apt-hub-bay-minus-one``.
+        ``HUB_REQ_BAYUSED``, ``HUB_GET_BAYUSED``, Issue 3, page 24. Erratum
+        ``apt-hub-bay-minus-one``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -178,8 +183,8 @@ class WithHubBayUsed(Part):
 class WithChanEnableState(Part):
     """Channel enable state.
 
-    ``MOD_SET_CHANENABLESTATE``, ``MOD_REQ_CHANENABLESTATE``, ``MOD_GET_CHANENABLESTATE``; pages 17,
-    18.
+    ``MOD_SET_CHANENABLESTATE``, ``MOD_REQ_CHANENABLESTATE``, ``MOD_GET_CHANENABLESTATE``; Issue 3,
+    pages 17, 18.
     """
 
     def get_chan_enable_state(self, *, timeout: float | None = None) -> v.ChanEnableState:
@@ -187,7 +192,7 @@ class WithChanEnableState(Part):
 
         Enables or disables a drive channel.
 
-        ``MOD_REQ_CHANENABLESTATE``, ``MOD_GET_CHANENABLESTATE``, pages 17, 18.
+        ``MOD_REQ_CHANENABLESTATE``, ``MOD_GET_CHANENABLESTATE``, Issue 3, pages 17, 18.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -208,7 +213,7 @@ class WithChanEnableState(Part):
 
         Disabling a channel releases the load that its motor holds; enabling it powers the motor.
 
-        ``MOD_SET_CHANENABLESTATE``, page 17.
+        ``MOD_SET_CHANENABLESTATE``, Issue 3, page 17. Erratum ``apt37-chan-idents-of-tim101``.
 
         :param enable_state: :class:`~.EnableState`: ENABLE (1), DISABLE (2).
         :param timeout: in seconds; default: the timeout of the device.
@@ -233,8 +238,8 @@ class WithChanEnableState(Part):
 
         Disabling a channel releases the load that its motor holds; enabling it powers the motor.
 
-        ``MOD_REQ_CHANENABLESTATE``, ``MOD_GET_CHANENABLESTATE``, ``MOD_SET_CHANENABLESTATE``, pages
-        17, 18.
+        ``MOD_REQ_CHANENABLESTATE``, ``MOD_GET_CHANENABLESTATE``, ``MOD_SET_CHANENABLESTATE``, Issue
+        3, pages 17, 18. Erratum ``apt37-chan-idents-of-tim101``.
 
         :param enable_state: :class:`~.EnableState`: ENABLE (1), DISABLE (2).
         :param timeout: in seconds; default: the timeout of the device.
@@ -249,10 +254,124 @@ class WithChanEnableState(Part):
         return self._change(t.CHAN_ENABLE_STATE, timeout, enable_state=enable_state)
 
 
+class CanSetChanEnableState(Part):
+    """Channel enable state.
+
+    ``MOD_SET_CHANENABLESTATE``, ``MOD_REQ_CHANENABLESTATE``, ``MOD_GET_CHANENABLESTATE``; Issue 3,
+    pages 17, 18.
+    """
+
+    def set_chan_enable_state(
+        self,
+        *,
+        enable_state: e.EnableState | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the channel enable state.
+
+        Enables or disables a drive channel. All values are written in one frame.
+
+        Disabling a channel releases the load that its motor holds; enabling it powers the motor.
+
+        ``MOD_SET_CHANENABLESTATE``, Issue 3, page 17. Erratum ``apt37-chan-idents-of-tim101``.
+
+        :param enable_state: :class:`~.EnableState`: ENABLE (1), DISABLE (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._set(t.CHAN_ENABLE_STATE, timeout, enable_state=enable_state)
+
+
+class WithModDigOutputs(Part):
+    """Digital outputs of the module.
+
+    ``MOD_SET_DIGOUTPUTS``, ``MOD_REQ_DIGOUTPUTS``, ``MOD_GET_DIGOUTPUTS``; Issue 37, page 58.
+    """
+
+    def get_dig_outputs(self, *, timeout: float | None = None) -> v.ModDigOutputs:
+        """Read the digital outputs of the module.
+
+        Digital outputs of the CONTROL IO connector on the rear panel.
+
+        ``MOD_REQ_DIGOUTPUTS``, ``MOD_GET_DIGOUTPUTS``, Issue 37, page 58.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return self._get(t.MOD_DIG_OUTPUTS, timeout)
+
+    def set_dig_outputs(
+        self,
+        *,
+        bit: f.ControlIoOutputs | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the digital outputs of the module.
+
+        Digital outputs of the CONTROL IO connector on the rear panel. All values are written in one
+        frame.
+
+        The controller has no information about what is connected to the outputs. On brushless DC
+        controllers, an output shares its pin with the trigger output; first switch the trigger off
+        with MOT_SET_TRIGGER.
+
+        ``MOD_SET_DIGOUTPUTS``, Issue 37, page 58.
+
+        :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`: digital_output_1
+            (0x1), digital_output_2 (0x2), digital_output_3 (0x4), digital_output_4 (0x8), or
+            several joined by ``|``.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._set(t.MOD_DIG_OUTPUTS, timeout, bit=bit)
+
+    def change_dig_outputs(
+        self,
+        *,
+        bit: f.ControlIoOutputs | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.ModDigOutputs:
+        """Change the digital outputs of the module.
+
+        Digital outputs of the CONTROL IO connector on the rear panel. Reads the current values,
+        replaces the given ones and writes all of them in one frame, under one lock. Returns the
+        values written.
+
+        The controller has no information about what is connected to the outputs. On brushless DC
+        controllers, an output shares its pin with the trigger output; first switch the trigger off
+        with MOT_SET_TRIGGER.
+
+        ``MOD_REQ_DIGOUTPUTS``, ``MOD_GET_DIGOUTPUTS``, ``MOD_SET_DIGOUTPUTS``, Issue 37, page 58.
+
+        :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`: digital_output_1
+            (0x1), digital_output_2 (0x2), digital_output_3 (0x4), digital_output_4 (0x8), or
+            several joined by ``|``.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return self._change(t.MOD_DIG_OUTPUTS, timeout, bit=bit)
+
+
 class CanIdentify(Part):
     """Flash the front panel LEDs.
 
-    ``MOD_IDENTIFY``; page 16.
+    ``MOD_IDENTIFY``; Issue 37, page 46.
     """
 
     def identify(self, *, timeout: float | None = None) -> None:
@@ -260,10 +379,10 @@ class CanIdentify(Part):
 
         Flashes the front panel LEDs so that the unit can be found.
 
-        The example addresses a bay; the document does not say whether a motherboard also accepts
-        it.
+        In a card slot system, the motherboard controls the LEDs: send it to the motherboard, with
+        the number of the channel to identify. Single-channel controllers ignore the channel.
 
-        ``MOD_IDENTIFY``, page 16. Errata ``apt-identify-table-bytes``, ``apt-identify-tdc001-bay``.
+        ``MOD_IDENTIFY``, Issue 37, page 46.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -275,7 +394,7 @@ class CanIdentify(Part):
 class WithRackStatusBits(Part):
     """Rack status bits.
 
-    ``RACK_REQ_STATUSBITS``, ``RACK_GET_STATUSBITS``; page 25.
+    ``RACK_REQ_STATUSBITS``, ``RACK_GET_STATUSBITS``; Issue 3, page 25.
     """
 
     def get_status_bits(self, *, timeout: float | None = None) -> v.RackStatusBits:
@@ -284,7 +403,7 @@ class WithRackStatusBits(Part):
         Digital inputs of the USER IO connector on the rear panel. Only for the MMR rack and for
         card slot controllers with two or three channels, such as the BSC103 and BPC202.
 
-        ``RACK_REQ_STATUSBITS``, ``RACK_GET_STATUSBITS``, page 25. Errata
+        ``RACK_REQ_STATUSBITS``, ``RACK_GET_STATUSBITS``, Issue 3, page 25. Errata
         ``apt-digital-inputs-outputs``, ``apt-rack-get-statusbits-numbers``,
         ``apt-rack-req-statusbits-id``, ``apt-rack-statusbits-example-flag``.
 
@@ -296,27 +415,28 @@ class WithRackStatusBits(Part):
         return self._get(t.RACK_STATUS_BITS, timeout)
 
 
-class WithDigOutputs(Part):
+class WithRackDigOutputs(Part):
     """Digital outputs of the rack.
 
-    ``RACK_SET_DIGOUTPUTS``, ``RACK_REQ_DIGOUTPUTS``, ``RACK_GET_DIGOUTPUTS``; page 26.
+    ``RACK_SET_DIGOUTPUTS``, ``RACK_REQ_DIGOUTPUTS``, ``RACK_GET_DIGOUTPUTS``; Issue 3, page 26.
     """
 
-    def get_dig_outputs(self, *, timeout: float | None = None) -> v.DigOutputs:
+    def get_dig_outputs(self, *, timeout: float | None = None) -> v.RackDigOutputs:
         """Read the digital outputs of the rack.
 
         Digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
         for card slot controllers with two or three channels, such as the BSC103 and BPC202.
 
-        ``RACK_REQ_DIGOUTPUTS``, ``RACK_GET_DIGOUTPUTS``, page 26. Errata
-        ``apt-digoutputs-integer``, ``apt-rack-get-digoutputs-parameter``.
+        ``RACK_REQ_DIGOUTPUTS``, ``RACK_GET_DIGOUTPUTS``, Issue 3, page 26. Errata
+        ``apt-digoutputs-integer``, ``apt-rack-get-digoutputs-parameter``,
+        ``apt37-rack-digoutputs``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._get(t.DIG_OUTPUTS, timeout)
+        return self._get(t.RACK_DIG_OUTPUTS, timeout)
 
     def set_dig_outputs(
         self,
@@ -332,7 +452,7 @@ class WithDigOutputs(Part):
 
         The controller has no information about what is connected to the outputs.
 
-        ``RACK_SET_DIGOUTPUTS``, page 26. Errata ``apt-digital-inputs-outputs``,
+        ``RACK_SET_DIGOUTPUTS``, Issue 3, page 26. Errata ``apt-digital-inputs-outputs``,
         ``apt-digoutputs-integer``, ``apt-rack-digoutputs-example-bay``.
 
         :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`:
@@ -345,14 +465,14 @@ class WithDigOutputs(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        self._set(t.DIG_OUTPUTS, timeout, dig_op=dig_op)
+        self._set(t.RACK_DIG_OUTPUTS, timeout, dig_op=dig_op)
 
     def change_dig_outputs(
         self,
         *,
         dig_op: f.RackDigitalOutputs | str | int | None = None,
         timeout: float | None = None,
-    ) -> v.DigOutputs:
+    ) -> v.RackDigOutputs:
         """Change the digital outputs of the rack.
 
         Digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
@@ -362,9 +482,10 @@ class WithDigOutputs(Part):
 
         The controller has no information about what is connected to the outputs.
 
-        ``RACK_REQ_DIGOUTPUTS``, ``RACK_GET_DIGOUTPUTS``, ``RACK_SET_DIGOUTPUTS``, page 26. Errata
-        ``apt-digital-inputs-outputs``, ``apt-digoutputs-integer``,
-        ``apt-rack-digoutputs-example-bay``, ``apt-rack-get-digoutputs-parameter``.
+        ``RACK_REQ_DIGOUTPUTS``, ``RACK_GET_DIGOUTPUTS``, ``RACK_SET_DIGOUTPUTS``, Issue 3, page 26.
+        Errata ``apt-digital-inputs-outputs``, ``apt-digoutputs-integer``,
+        ``apt-rack-digoutputs-example-bay``, ``apt-rack-get-digoutputs-parameter``,
+        ``apt37-rack-digoutputs``.
 
         :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`:
             digital_output_1 (0x1), digital_output_2 (0x2), digital_output_3 (0x4), digital_output_4
@@ -378,4 +499,4 @@ class WithDigOutputs(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._change(t.DIG_OUTPUTS, timeout, dig_op=dig_op)
+        return self._change(t.RACK_DIG_OUTPUTS, timeout, dig_op=dig_op)

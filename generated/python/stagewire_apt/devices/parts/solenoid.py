@@ -17,7 +17,7 @@ class WithSolOperatingMode(Part):
     """Solenoid operating mode.
 
     ``MOT_SET_SOL_OPERATINGMODE``, ``MOT_REQ_SOL_OPERATINGMODE``, ``MOT_GET_SOL_OPERATINGMODE``;
-    pages 85, 86.
+    Issue 3, pages 85, 86.
     """
 
     def get_sol_operating_mode(self, *, timeout: float | None = None) -> v.SolOperatingMode:
@@ -25,7 +25,7 @@ class WithSolOperatingMode(Part):
 
         Operating mode of the solenoid driver.
 
-        ``MOT_REQ_SOL_OPERATINGMODE``, ``MOT_GET_SOL_OPERATINGMODE``, pages 85, 86.
+        ``MOT_REQ_SOL_OPERATINGMODE``, ``MOT_GET_SOL_OPERATINGMODE``, Issue 3, pages 85, 86.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -47,7 +47,7 @@ class WithSolOperatingMode(Part):
         Setting it transfers control of the solenoid to another source, such as the trigger input,
         which may open it immediately.
 
-        ``MOT_SET_SOL_OPERATINGMODE``, page 85. Erratum ``apt-four-bit-integer``.
+        ``MOT_SET_SOL_OPERATINGMODE``, Issue 3, page 85. Erratum ``apt-four-bit-integer``.
 
         :param operating_mode: :class:`~.SolenoidOperatingMode`: SOLENOID_MANUAL (1),
             SOLENOID_SINGLE (2), SOLENOID_AUTO (3), SOLENOID_TRIGGER (4).
@@ -75,7 +75,7 @@ class WithSolOperatingMode(Part):
         which may open it immediately.
 
         ``MOT_REQ_SOL_OPERATINGMODE``, ``MOT_GET_SOL_OPERATINGMODE``, ``MOT_SET_SOL_OPERATINGMODE``,
-        pages 85, 86. Erratum ``apt-four-bit-integer``.
+        Issue 3, pages 85, 86. Erratum ``apt-four-bit-integer``.
 
         :param operating_mode: :class:`~.SolenoidOperatingMode`: SOLENOID_MANUAL (1),
             SOLENOID_SINGLE (2), SOLENOID_AUTO (3), SOLENOID_TRIGGER (4).
@@ -94,8 +94,8 @@ class WithSolOperatingMode(Part):
 class WithSolCycleParams(Part):
     """Solenoid cycle parameters.
 
-    ``MOT_SET_SOL_CYCLEPARAMS``, ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``; pages 87,
-    88.
+    ``MOT_SET_SOL_CYCLEPARAMS``, ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``; Issue 3,
+    pages 87, 88.
     """
 
     def get_sol_cycle_params(self, *, timeout: float | None = None) -> v.SolCycleParams:
@@ -103,7 +103,7 @@ class WithSolCycleParams(Part):
 
         Times and number of cycles for every operating mode except the manual one.
 
-        ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, pages 87, 88.
+        ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, Issue 3, pages 87, 88.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -129,13 +129,13 @@ class WithSolCycleParams(Part):
 
         Setting them opens nothing; running cycles may use the new times.
 
-        ``MOT_SET_SOL_CYCLEPARAMS``, page 87. Erratum ``apt-sol-numcycles-trigger``.
+        ``MOT_SET_SOL_CYCLEPARAMS``, Issue 3, page 87. Erratum ``apt-sol-numcycles-trigger``.
 
         :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
-            from 400 to 40000000.
+            from 100 to 40000000.
         :param on_time_ms: ``on_time`` in ms; the scale depends on the controller model.
         :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the
-            unit; from 400 to 40000000.
+            unit; from 100 to 40000000.
         :param off_time_ms: ``off_time`` in ms; the scale depends on the controller model.
         :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
             SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
@@ -175,14 +175,14 @@ class WithSolCycleParams(Part):
 
         Setting them opens nothing; running cycles may use the new times.
 
-        ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, ``MOT_SET_SOL_CYCLEPARAMS``, pages
-        87, 88. Erratum ``apt-sol-numcycles-trigger``.
+        ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, ``MOT_SET_SOL_CYCLEPARAMS``, Issue
+        3, pages 87, 88. Erratum ``apt-sol-numcycles-trigger``.
 
         :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
-            from 400 to 40000000.
+            from 100 to 40000000.
         :param on_time_ms: ``on_time`` in ms; the scale depends on the controller model.
         :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the
-            unit; from 400 to 40000000.
+            unit; from 100 to 40000000.
         :param off_time_ms: ``off_time`` in ms; the scale depends on the controller model.
         :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
             SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
@@ -212,7 +212,7 @@ class WithSolInterlockMode(Part):
     """Solenoid interlock mode.
 
     ``MOT_SET_SOL_INTERLOCKMODE``, ``MOT_REQ_SOL_INTERLOCKMODE``, ``MOT_GET_SOL_INTERLOCKMODE``;
-    pages 89, 90.
+    Issue 3, pages 89, 90.
     """
 
     def get_sol_interlock_mode(self, *, timeout: float | None = None) -> v.SolInterlockMode:
@@ -220,7 +220,7 @@ class WithSolInterlockMode(Part):
 
         Whether the hardware interlock must be fitted before the driver operates.
 
-        ``MOT_REQ_SOL_INTERLOCKMODE``, ``MOT_GET_SOL_INTERLOCKMODE``, pages 89, 90.
+        ``MOT_REQ_SOL_INTERLOCKMODE``, ``MOT_GET_SOL_INTERLOCKMODE``, Issue 3, pages 89, 90.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -242,7 +242,7 @@ class WithSolInterlockMode(Part):
 
         SOLENOID_DISABLED removes the protection that prevents the solenoid from opening.
 
-        ``MOT_SET_SOL_INTERLOCKMODE``, page 89. Erratum ``apt-four-bit-integer``.
+        ``MOT_SET_SOL_INTERLOCKMODE``, Issue 3, page 89. Erratum ``apt-four-bit-integer``.
 
         :param interlock_mode: :class:`~.SolenoidInterlockMode`: SOLENOID_ENABLED (1),
             SOLENOID_DISABLED (2).
@@ -270,7 +270,7 @@ class WithSolInterlockMode(Part):
         SOLENOID_DISABLED removes the protection that prevents the solenoid from opening.
 
         ``MOT_REQ_SOL_INTERLOCKMODE``, ``MOT_GET_SOL_INTERLOCKMODE``, ``MOT_SET_SOL_INTERLOCKMODE``,
-        pages 89, 90. Erratum ``apt-four-bit-integer``.
+        Issue 3, pages 89, 90. Erratum ``apt-four-bit-integer``.
 
         :param interlock_mode: :class:`~.SolenoidInterlockMode`: SOLENOID_ENABLED (1),
             SOLENOID_DISABLED (2).
@@ -289,7 +289,7 @@ class WithSolInterlockMode(Part):
 class WithSolState(Part):
     """Solenoid state.
 
-    ``MOT_SET_SOL_STATE``, ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``; pages 91, 92.
+    ``MOT_SET_SOL_STATE``, ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``; Issue 3, pages 91, 92.
     """
 
     def get_sol_state(self, *, timeout: float | None = None) -> v.SolState:
@@ -297,7 +297,7 @@ class WithSolState(Part):
 
         Output state of the solenoid; setting it overrides the active settings.
 
-        ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``, pages 91, 92.
+        ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``, Issue 3, pages 91, 92.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -317,7 +317,7 @@ class WithSolState(Part):
         Output state of the solenoid; setting it overrides the active settings. All values are
         written in one frame.
 
-        ``MOT_SET_SOL_STATE``, page 91. Erratum ``apt-four-bit-integer``.
+        ``MOT_SET_SOL_STATE``, Issue 3, page 91. Erratum ``apt-four-bit-integer``.
 
         :param state: :class:`~.SolenoidState`: SOLENOID_ON (1), SOLENOID_OFF (2).
         :param timeout: in seconds; default: the timeout of the device.
@@ -341,8 +341,8 @@ class WithSolState(Part):
         values, replaces the given ones and writes all of them in one frame, under one lock. Returns
         the values written.
 
-        ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``, ``MOT_SET_SOL_STATE``, pages 91, 92. Erratum
-        ``apt-four-bit-integer``.
+        ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``, ``MOT_SET_SOL_STATE``, Issue 3, pages 91, 92.
+        Erratum ``apt-four-bit-integer``.
 
         :param state: :class:`~.SolenoidState`: SOLENOID_ON (1), SOLENOID_OFF (2).
         :param timeout: in seconds; default: the timeout of the device.

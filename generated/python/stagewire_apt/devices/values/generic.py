@@ -9,26 +9,42 @@ from stagewire_apt import enumerations as e
 from stagewire_apt import flags as f
 from stagewire_apt import messages as m
 
-__all__ = ["ChanEnableState", "DigOutputs", "HubBayUsed", "Info", "RackBayUsed", "RackStatusBits"]
+__all__ = [
+    "ChanEnableState",
+    "HubBayUsed",
+    "Info",
+    "KcubeMmiLock",
+    "ModDigOutputs",
+    "RackBayUsed",
+    "RackDigOutputs",
+    "RackStatusBits",
+    "RichResponse",
+]
 
 
 class Info(Values[m.HwGetInfo]):
     """The hardware information reported by ``HW_GET_INFO``.
 
-    Identity of the unit: serial number, model, type, firmware version and number of channels. Page
-    21.
+    Identity of the unit: serial number, model, type, versions of firmware and hardware, and number
+    of channels. Issue 37, page 52.
     """
 
     serial_number = Raw("serial_number")
-    """Unique serial number of eight decimal digits; from -2147483648 to 2147483647."""
+    """Unique serial number; page 53 says eight digits; from -2147483648 to 2147483647."""
     model_number = RawText("model_number")
     """Alphanumeric model number; text of at most 8 characters."""
     type = Named("type", e.HardwareType)
-    """The document lists only two of the values in use; :class:`~.HardwareType`; from 0 to 65535."""
+    """Page 53 lists only two of the values in use; :class:`~.HardwareType`; from 0 to 65535."""
     software_version = RawBytes("software_version")
-    """Minor, interim and major revision; the fourth byte is unused; 4 bytes."""
+    """Version of the firmware: minor, interim and major revision; the fourth byte is unused; 4 bytes."""
     notes = RawText("notes")
-    """Free text about the unit; text of at most 64 characters."""
+    """Free text about the unit. Issue 37 keeps the 60 bytes before the hardware version for internal
+    use; Issue 3 prints text here, and the structure in the vendor's C header has 48 characters.
+    Text of at most 48 characters."""
+    hw_version = Raw("hw_version")
+    """Version of the hardware; from 0 to 65535."""
+    mod_state = Raw("mod_state")
+    """Modification state of the hardware; from 0 to 65535."""
     nchs = Raw("nchs")
     """Number of channels; from 0 to 65535."""
 
@@ -36,7 +52,7 @@ class Info(Values[m.HwGetInfo]):
 class RackBayUsed(Values[m.RackGetBayUsed]):
     """The occupancy of a rack bay reported by ``RACK_GET_BAYUSED``.
 
-    Whether a bay of the rack holds a module; the motherboard answers. Page 23.
+    Whether a bay of the rack holds a module; the motherboard answers. Issue 3, page 23.
     """
 
     bay_ident = Named("bay_ident", e.RackBay)
@@ -48,17 +64,33 @@ class RackBayUsed(Values[m.RackGetBayUsed]):
 class HubBayUsed(Values[m.HubGetBayUsed]):
     """The hub bay of the unit reported by ``HUB_GET_BAYUSED``.
 
-    Bay of the hub that holds the addressed T-Cube. Page 24.
+    Bay of the hub that holds the addressed T-Cube. Issue 3, page 24.
     """
 
     bay_ident = Named("bay_ident", e.HubBay)
     """:class:`~.HubBay`; from 0 to 255."""
 
 
+class RichResponse(Values[m.HwRichResponse]):
+    """Values of ``HW_RICHRESPONSE``.
+
+    Verbose error message with a code and a text about a fault, failure or warning; not sent in
+    normal operation. Issue 37, page 50.
+    """
+
+    msg_ident = Raw("msg_ident")
+    """Id of the message that caused the error; usually 0, for a fault without such a message; from 0
+    to 65535."""
+    code = Raw("code")
+    """Code of the condition, specific to the vendor; from 0 to 65535."""
+    notes = RawText("notes")
+    """Description of the error; ends with a zero byte; text of at most 64 characters."""
+
+
 class ChanEnableState(Values[m.ModGetChanEnableState]):
     """The channel enable state reported by ``MOD_GET_CHANENABLESTATE``.
 
-    Enables or disables a drive channel. Pages 17, 18.
+    Enables or disables a drive channel. Issue 3, pages 17, 18.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -67,11 +99,21 @@ class ChanEnableState(Values[m.ModGetChanEnableState]):
     """:class:`~.EnableState`; from 0 to 255."""
 
 
+class ModDigOutputs(Values[m.ModGetDigOutputs]):
+    """The digital outputs of the module reported by ``MOD_GET_DIGOUTPUTS``.
+
+    Digital outputs of the CONTROL IO connector on the rear panel. Issue 37, page 58.
+    """
+
+    bit = Bits("bit", f.ControlIoOutputs)
+    """A set writes all outputs at once; :class:`~.ControlIoOutputs`; from 0 to 255."""
+
+
 class RackStatusBits(Values[m.RackGetStatusBits]):
     """The rack status bits reported by ``RACK_GET_STATUSBITS``.
 
     Digital inputs of the USER IO connector on the rear panel. Only for the MMR rack and for card
-    slot controllers with two or three channels, such as the BSC103 and BPC202. Page 25.
+    slot controllers with two or three channels, such as the BSC103 and BPC202. Issue 3, page 25.
     """
 
     status_bits = Bits("status_bits", f.RackStatusBits)
@@ -79,12 +121,24 @@ class RackStatusBits(Values[m.RackGetStatusBits]):
     4294967295."""
 
 
-class DigOutputs(Values[m.RackGetDigOutputs]):
+class RackDigOutputs(Values[m.RackGetDigOutputs]):
     """The digital outputs of the rack reported by ``RACK_GET_DIGOUTPUTS``.
 
     Digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and for
-    card slot controllers with two or three channels, such as the BSC103 and BPC202. Page 26.
+    card slot controllers with two or three channels, such as the BSC103 and BPC202. Issue 3, page
+    26.
     """
 
     dig_op = Bits("dig_op", f.RackDigitalOutputs)
     """A set writes all four outputs at once; :class:`~.RackDigitalOutputs`; from 0 to 255."""
+
+
+class KcubeMmiLock(Values[m.HwGetKcubeMmiLock]):
+    """The lock of the top panel reported by ``HW_GET_KCUBEMMILOCK``.
+
+    Locks the controls on the top panel, for all channels of the unit. Only for the KNA101, KLS1550,
+    KLS635 and KLD101. The power switch and the laser enable switch always work. Issue 37, page 59.
+    """
+
+    mmi_lock = Named("mmi_lock", e.MmiLock)
+    """:class:`~.MmiLock`; from 0 to 255."""

@@ -33,7 +33,7 @@ __all__ = [
 class PosControlMode(Values[m.PzGetPosControlMode]):
     """The position control mode reported by ``PZ_GET_POSCONTROLMODE``.
 
-    Open or closed loop. Closed loop needs an actuator with position sensing. Pages 94, 95.
+    Open or closed loop. Closed loop needs an actuator with position sensing. Issue 3, pages 94, 95.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -45,7 +45,7 @@ class PosControlMode(Values[m.PzGetPosControlMode]):
 class OutputVolts(Values[m.PzGetOutputVolts]):
     """The output voltage reported by ``PZ_GET_OUTPUTVOLTS``.
 
-    Output voltage of a channel in open loop; ignored when set in closed loop. Page 96.
+    Output voltage of a channel in open loop; ignored when set in closed loop. Issue 3, page 96.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -61,7 +61,7 @@ class OutputPos(Values[m.PzGetOutputPos]):
     """The output position reported by ``PZ_GET_OUTPUTPOS``.
 
     Position of the actuator in closed loop, counted from the zero set by PZ_SET_ZERO; ignored when
-    set in open loop. Page 97.
+    set in open loop. Issue 3, page 97.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -77,7 +77,7 @@ class MaxTravel(Values[m.PzGetMaxTravel]):
     """The maximum travel reported by ``PZ_GET_MAXTRAVEL``.
 
     Travel of the connected actuator, if it has position sensing; read from the actuator itself.
-    Page 118.
+    Issue 3, page 118.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -91,8 +91,8 @@ class MaxTravel(Values[m.PzGetMaxTravel]):
 class InputVoltsSrc(Values[m.PzGetInputVoltsSrc]):
     """The input voltage sources reported by ``PZ_GET_INPUTVOLTSSRC``.
 
-    Inputs that drive the high-voltage amplifier in addition to the voltage set by software. Pages
-    98, 99.
+    Inputs that drive the high-voltage amplifier in addition to the voltage set by software. Issue
+    3, pages 98, 99.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -104,7 +104,8 @@ class InputVoltsSrc(Values[m.PzGetInputVoltsSrc]):
 class PiConsts(Values[m.PzGetPiConsts]):
     """The position loop constants reported by ``PZ_GET_PICONSTS``.
 
-    Proportional and integral term of the position loop; they only apply in closed loop. Page 100.
+    Proportional and integral term of the position loop; they only apply in closed loop. Issue 3,
+    page 100.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -118,7 +119,7 @@ class PiConsts(Values[m.PzGetPiConsts]):
 class PzStatusBits(Values[m.PzGetPzStatusBits]):
     """The piezo status bits reported by ``PZ_GET_PZSTATUSBITS``.
 
-    Status bits of a channel, without voltage and position. Page 101.
+    Status bits of a channel, without voltage and position. Issue 3, page 101.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -132,7 +133,7 @@ class PzStatusUpdate(Values[m.PzGetPzStatusUpdate]):
     """Values of ``PZ_GET_PZSTATUSUPDATE``.
 
     Voltage, position and status of a channel, periodically after HW_START_UPDATEMSGS. No message
-    that requests it is documented. Page 103.
+    that requests it is documented. Issue 3, page 103.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -155,8 +156,8 @@ class PzStatusUpdate(Values[m.PzGetPzStatusUpdate]):
 class IoSettings(Values[m.PzGetIoSettings]):
     """The input and output settings reported by ``PZ_GET_IOSETTINGS``.
 
-    Current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them. Pages
-    119, 120.
+    Current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them. Issue 3,
+    pages 119, 120.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -173,8 +174,8 @@ class OutputMaxVolts(Values[m.PzGetOutputMaxVolts]):
     """The maximum output voltage reported by ``PZ_GET_OUTPUTMAXVOLTS``.
 
     Maximum output voltage, which must suit the actuator (75, 100 or 150 V). After a set, the
-    controller reports the new maximum voltage and the new maximum travel unsolicited. Pages 121,
-    122.
+    controller reports the new maximum voltage and the new maximum travel unsolicited. Issue 3,
+    pages 121, 122.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -192,7 +193,7 @@ class TpzSlewRates(Values[m.PzGetTpzSlewRates]):
     """The slew rates reported by ``PZ_GET_TPZ_SLEWRATES``.
 
     Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
-    provide their own, so normally no setting is needed. Pages 123, 124.
+    provide their own, so normally no setting is needed. Issue 3, pages 123, 124.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -214,7 +215,8 @@ class OutputLut(Values[m.PzGetOutputLut]):
 
     One sample of the waveform table. Load only as many samples as one cycle uses. They are volts in
     open loop and positions in closed loop; on units with PZ_SET_LUTVALUETYPE, that message selects
-    the type before they are loaded. A request names the channel but no index. Pages 106, 107.
+    the type before they are loaded. A request names the channel but no index. Issue 3, pages 106,
+    107.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -234,7 +236,7 @@ class OutputLut(Values[m.PzGetOutputLut]):
 class OutputLutParams(Values[m.PzGetOutputLutParams]):
     """The waveform output parameters reported by ``PZ_GET_OUTPUTLUTPARAMS``.
 
-    Settings with which PZ_START_LUTOUTPUT outputs the waveform table. Pages 108, 111.
+    Settings with which PZ_START_LUTOUTPUT outputs the waveform table. Issue 3, pages 108, 111.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -277,7 +279,7 @@ class OutputLutParams(Values[m.PzGetOutputLutParams]):
 class TpzDispSettings(Values[m.PzGetTpzDispSettings]):
     """The display settings reported by ``PZ_GET_TPZ_DISPSETTINGS``.
 
-    Brightness of the front display of a TPZ001. Page 114.
+    Brightness of the front display of a TPZ001. Issue 3, page 114.
     """
 
     disp_intensity = Raw("disp_intensity")
@@ -289,7 +291,8 @@ class TpzDispSettings(Values[m.PzGetTpzDispSettings]):
 class TpzIoSettings(Values[m.PzGetTpzIoSettings]):
     """The input and output settings reported by ``PZ_GET_TPZ_IOSETTINGS``.
 
-    Voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them. Pages 115, 116.
+    Voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them. Issue 3, pages 115,
+    116.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -303,7 +306,7 @@ class TpzIoSettings(Values[m.PzGetTpzIoSettings]):
 class TsgIoSettings(Values[m.PzGetTsgIoSettings]):
     """The strain gauge settings reported by ``PZ_GET_TSG_IOSETTINGS``.
 
-    Feedback path, display and force calibration of a TSG001. Pages 127, 128.
+    Feedback path, display and force calibration of a TSG001. Issue 3, pages 127, 128.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -324,7 +327,7 @@ class TsgReading(Values[m.PzGetTsgReading]):
     """The strain gauge reading reported by ``PZ_GET_TSG_READING``.
 
     Reading of the strain gauge, in the unit that the display mode of PZ_SET_TSG_IOSETTINGS selects;
-    sampled at 500 Hz. Page 129.
+    sampled at 500 Hz. Issue 3, page 129.
     """
 
     chan_ident = Named("chan_ident", e.Channel)

@@ -14,7 +14,7 @@ __all__ = ["SolCycleParams", "SolInterlockMode", "SolOperatingMode", "SolState"]
 class SolOperatingMode(Values[m.MotGetSolOperatingMode]):
     """The solenoid operating mode reported by ``MOT_GET_SOL_OPERATINGMODE``.
 
-    Operating mode of the solenoid driver. Pages 85, 86.
+    Operating mode of the solenoid driver. Issue 3, pages 85, 86.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -26,18 +26,19 @@ class SolOperatingMode(Values[m.MotGetSolOperatingMode]):
 class SolCycleParams(Values[m.MotGetSolCycleParams]):
     """The solenoid cycle parameters reported by ``MOT_GET_SOL_CYCLEPARAMS``.
 
-    Times and number of cycles for every operating mode except the manual one. Pages 87, 88.
+    Times and number of cycles for every operating mode except the manual one. Issue 3, pages 87,
+    88.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     on_time = Raw("on_time")
-    """Active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 400 to
+    """Active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
     40000000."""
     on_time_ms = InUnits("on_time", "solenoid_time", "ms")
     """``on_time`` in ms; the scale depends on the controller model."""
     off_time = Raw("off_time")
-    """Inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 400 to
+    """Inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
     40000000."""
     off_time_ms = InUnits("off_time", "solenoid_time", "ms")
     """``off_time`` in ms; the scale depends on the controller model."""
@@ -49,7 +50,7 @@ class SolCycleParams(Values[m.MotGetSolCycleParams]):
 class SolInterlockMode(Values[m.MotGetSolInterlockMode]):
     """The solenoid interlock mode reported by ``MOT_GET_SOL_INTERLOCKMODE``.
 
-    Whether the hardware interlock must be fitted before the driver operates. Pages 89, 90.
+    Whether the hardware interlock must be fitted before the driver operates. Issue 3, pages 89, 90.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -61,7 +62,7 @@ class SolInterlockMode(Values[m.MotGetSolInterlockMode]):
 class SolState(Values[m.MotGetSolState]):
     """The solenoid state reported by ``MOT_GET_SOL_STATE``.
 
-    Output state of the solenoid; setting it overrides the active settings. Pages 91, 92.
+    Output state of the solenoid; setting it overrides the active settings. Issue 3, pages 91, 92.
     """
 
     chan_ident = Named("chan_ident", e.Channel)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from stagewire_generator.model import Field, Json, Protocol
+from stagewire_generator.model import Json, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.targets.c.testing.values import CannotSayError
 from stagewire_generator.targets.c.testing.vector import Content, Vectors, VectorView
 from stagewire_generator.targets.vectors.cases import cases_of
@@ -123,8 +124,7 @@ def bytes_of(text: str) -> bytes:
 _FUNCTIONS = ("refuse_prefix_bytes",)  # keys of a request that are separate functions in C
 
 
-@dataclass(frozen=True, slots=True)
-class CasesView:
+class CasesView(NamedTuple):
     """Vectors of the cases.
 
     :param held: number of these cases; encoding and decoding the same message is one vector.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.targets.c.testing.cases import field_where, keyboard_vectors, octets_of
@@ -15,8 +15,7 @@ from stagewire_generator.targets.vectors.cases import captures_of, examples_of
 _ARITHMETIC = "arithmetic in the document, without bytes or a scale"
 
 
-@dataclass(frozen=True, slots=True)
-class ExamplesView:
+class ExamplesView(NamedTuple):
     """Vectors of the examples and the captures.
 
     :param cut: template of the function that cuts streams; empty if no example has a stream.

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
-from stagewire_generator.model import Field, Json, Layout, Message, Protocol
+from stagewire_generator.model import Json, Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.targets.c.framing import framing_of
 from stagewire_generator.targets.c.source import WIDTH, Names, integer, names_of, string
 from stagewire_generator.targets.c.testing.values import can_hold, filled, literal, members
 from stagewire_generator.targets.vectors.cases import framing_of as frames_of
 from stagewire_generator.targets.vectors.subject import Subject
+from stagewire_generator.targets.vectors.values import default, greatest, is_optional, least
 from stagewire_generator.targets.vectors.values import filled as filled_in
-from stagewire_generator.targets.vectors.values import greatest, is_optional, least
 
 _LIMITS = {
     -(1 << 15): "INT16_MIN",
@@ -56,8 +57,7 @@ class LayoutView:
     fields: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class LayoutsView:
+class LayoutsView(NamedTuple):
     """All layouts in the order of the registry.
 
     :param calls: template of the adapters between a layout and its functions.
@@ -159,7 +159,9 @@ def _field(type: str, layout: Layout, field: Field) -> str:
         kind, limits = format.kind.upper(), (0, 0)
     arguments = [type, field.name, str(format.size), kind, *map(_number, limits)]
     if is_optional(field):
-        return filled("{OPTIONAL(", [*arguments, _number(field.constant or 0)], ")}", 4)
+        omitted = default(field)
+        number = 0 if isinstance(omitted, list) else int(omitted)
+        return filled("{OPTIONAL(", [*arguments, _number(number)], ")}", 4)
     return filled("{MEMBER(", arguments, ")}", 4)
 
 
@@ -172,8 +174,7 @@ def _number(value: int) -> str:
     return integer(value - (1 << 64) if value >= 1 << 63 else value, 8, signed=True)
 
 
-@dataclass(frozen=True, slots=True)
-class TripView:
+class TripView(NamedTuple):
     """The test of a layout.
 
     :param message: the declaration of the decoded message.
@@ -201,8 +202,7 @@ class TripView:
     array: str
 
 
-@dataclass(frozen=True, slots=True)
-class RoundTripView:
+class RoundTripView(NamedTuple):
     """The tests of all layouts.
 
     :param trip: template of the test of a layout.

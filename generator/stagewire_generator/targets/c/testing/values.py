@@ -7,11 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias
 
-from stagewire_generator.model import (
-    Field,
-    Json,
-    Protocol,
-)
+from stagewire_generator.model import Json, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.model_scales import (
     Factor,
     Quantity,

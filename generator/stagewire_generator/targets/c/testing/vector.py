@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.targets.c.framing import Tests, framing_of
@@ -32,15 +32,13 @@ _VERDICTS = frozenset({
 })  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class VectorView:
+class VectorView(NamedTuple):
     """A vector: its members, each on one or several lines."""
 
     members: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Content:
+class Content(NamedTuple):
     """The values of a message, and its envelope as members of a struct."""
 
     of: Subject

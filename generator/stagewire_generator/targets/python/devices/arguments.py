@@ -5,14 +5,10 @@ from __future__ import annotations
 import keyword
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from stagewire_generator.model import (
-    Field,
-    Layout,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.model_scales import (
     Quantity,
 )
@@ -81,8 +77,7 @@ def apart(things: Iterable[Sequence[str]], taken: Collection[str], word: str) ->
     return [names[0] for names in choices]
 
 
-@dataclass(frozen=True, slots=True)
-class Way:
+class Way(NamedTuple):
     """A unit in which a value may be given.
 
     :param case: the value of the setting with which the unit applies; empty if no setting decides.
@@ -93,8 +88,7 @@ class Way:
     case: str
 
 
-@dataclass(frozen=True, slots=True)
-class Argument:
+class Argument(NamedTuple):
     """A field that is an argument or a result of a method.
 
     :param keyword: name of the argument for the raw value.

@@ -6,11 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from fractions import Fraction
 
-from stagewire_generator.model import (
-    Field,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.model_scales import (
     Factor,
 )

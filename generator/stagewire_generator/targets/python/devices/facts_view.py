@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from typing import NamedTuple
 
 from stagewire_generator.framing import rules_of
-from stagewire_generator.model import (
-    Field,
-    FlagTable,
-    Json,
-    Protocol,
-    firmware_parts,
-)
+from stagewire_generator.model import Json, Protocol, firmware_parts
+from stagewire_generator.model_fields import Field, FlagTable
 from stagewire_generator.model_scales import (
     Factor,
     Quantity,
@@ -187,8 +183,7 @@ def _alias(protocol: Protocol, name: str, entry: Json) -> Iterator[Source]:
 _TOLD = {"identity": "identity", "bays": "bay_used"}
 
 
-@dataclass(frozen=True, slots=True)
-class FactsView:
+class FactsView(NamedTuple):
     """The module of facts.
 
     :param lists: statements with the messages of units and the states that prevent motions.
@@ -215,7 +210,8 @@ class FactsView:
 def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWriter) -> FactsView:
     """Make the view of the module."""
     lists = {unit.messages: _list_name(unit.entry) for unit in reversed(units)}
-    entries = [_unit(protocol, unit, lists[unit.messages], tables) for unit in units]
+    carried = {"quantities=": _carried(protocol), "settable=": _carried(protocol, sent=True)}
+    entries = [_unit(protocol, unit, lists[unit.messages], tables, carried) for unit in units]
     facts: list[Source] = [
         "protocol=PROTOCOL",
         f"package={literal(protocol.package)}",
@@ -254,11 +250,11 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
 
 
 def _channels(protocol: Protocol) -> str:
-    """Return the class of the named channels; empty if there is none."""
+    """Return the class that most messages use for the channel; empty if there is none."""
     channel = protocol.framing.get("channel")
     fields = (f for m in protocol.messages for layout in m.layouts for f in layout.all_fields)
-    classes = {table_class(field) for field in fields if field.name == channel}
-    return classes.pop() if len(classes) == 1 else ""
+    classes = Counter(table_class(f) for f in fields if f.name == channel and f.enum)
+    return next((name for name, _ in classes.most_common(1)), "")
 
 
 def _list_name(entry: Json) -> str:
@@ -287,7 +283,18 @@ def messages_from(protocol: Protocol, entry: Json) -> str:
     return f"the printed {lists} of {family['like']}, {found}: {note}"
 
 
-def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter) -> Nested:
+def _unit(
+    protocol: Protocol,
+    unit: UnitPlan,
+    messages: str,
+    tables: TableWriter,
+    carried: Mapping[str, Mapping[str, set[str]]],
+) -> Nested:
+    """Return the facts of a unit.
+
+    :param messages: the name of its list of messages.
+    :param carried: argument -> the quantities of each message.
+    """
     entry, family = unit.entry, protocol.units["families"][unit.entry["family"]]
     items: list[Source] = [
         f"name={literal(unit.name)}",
@@ -326,11 +333,10 @@ def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter
         items.append(Nested("also_at=(", also, ")"))
     items += _moving(protocol, unit, tables)
     items += hindrance_entries(protocol, unit, tables)
-    carried = {
-        "quantities=": _quantities(protocol, unit),
-        "settable=": _quantities(protocol, unit, sent=True),
-    }
-    items.extend(_strings(argument, sorted(names)) for argument, names in carried.items() if names)
+    for argument, of_messages in carried.items():
+        names = {q for message in unit.messages for q in of_messages.get(message, ())}
+        if names:
+            items.append(_strings(argument, sorted(names)))
     return Nested(f"{literal(unit.name)}: Unit(", tuple(items), ")")
 
 
@@ -384,17 +390,19 @@ def _motion(field: Field, unit: str) -> int:
     return sum(bit.mask for bit in table.bits if bit.motion) if table else 0
 
 
-def _quantities(protocol: Protocol, unit: UnitPlan, *, sent: bool = False) -> set[str]:
-    """Return the quantities of a unit's messages.
+def _carried(protocol: Protocol, *, sent: bool = False) -> dict[str, set[str]]:
+    """Return the quantities of each message.
 
-    :param sent: whether to include only messages to the unit.
+    :param sent: whether to include only messages to a unit.
     """
     return {
-        field.quantity.name
+        message.name: {
+            field.quantity.name
+            for layout in message.layouts
+            if not (sent and layout.form == "reply")
+            for field in layout.all_fields
+            if field.quantity
+        }
         for message in protocol.messages
-        if message.name in unit.messages and not (sent and message.direction == "to_host")
-        for layout in message.layouts
-        if not (sent and layout.form == "reply")
-        for field in layout.all_fields
-        if field.quantity
+        if not (sent and message.direction == "to_host")
     }

@@ -4,16 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stagewire_generator.model import (
-    Enumeration,
-    EnumValue,
-    Field,
-    FlagBit,
-    FlagTable,
-    Layout,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Enumeration, EnumValue, Field, FlagBit, FlagTable
 from stagewire_generator.targets.python.brackets import Nested, Source
 from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.plan import Call

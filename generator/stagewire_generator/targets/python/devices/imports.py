@@ -66,9 +66,16 @@ def facts_imports(package: str, statements: Sequence[Nested]) -> tuple[Import, .
     )
 
 
-def parts_imports(package: str, methods: Iterable[MethodView], aio: bool) -> tuple[Import, ...]:
-    """Return the imports of a module of parts."""
-    used = _names([source for method in methods for source in (method.signature, method.body)])
+def names_in(methods: Iterable[MethodView]) -> set[str]:
+    """Return the names in the source of methods, which are the same for threads and for asyncio."""
+    return _names([source for method in methods for source in (method.signature, method.body)])
+
+
+def parts_imports(package: str, used: Collection[str], aio: bool) -> tuple[Import, ...]:
+    """Return the imports of a module of parts.
+
+    :param used: the names in its methods.
+    """
     motion = ["Motion"] if "Motion" in used else []
     more = [name for name in ("MotionEnd", "Number") if name in used]
     return (

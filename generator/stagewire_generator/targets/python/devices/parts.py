@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import groupby
+from typing import NamedTuple
 
-from stagewire_generator.model import Field, Json, Protocol
+from stagewire_generator.model import Json, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.targets.python.brackets import Nested, Source
 from stagewire_generator.targets.python.devices.arguments import (
     METHODS,
@@ -32,8 +33,7 @@ _RETURNS = {"set_": "None", "start_": "Motion"}
 _RETURNS_OF_KIND = {"action": "MotionEnd", "halt": "MotionEnd | None", "command": "None"}
 
 
-@dataclass(frozen=True, slots=True)
-class MethodView:
+class MethodView(NamedTuple):
     """A method."""
 
     name: str
@@ -43,11 +43,10 @@ class MethodView:
     returns: str
 
 
-def method_view(protocol: Protocol, call: Call, verb: str, name: str, aio: bool) -> MethodView:
+def method_view(protocol: Protocol, call: Call, verb: str, name: str) -> MethodView:
     """Make the view of a method.
 
     :param verb: the prefix of its name; empty for a name that is only the words of the call.
-    :param aio: whether the method is for asyncio.
     """
     timeout = verb != "start_"
     arguments = call.arguments
@@ -66,7 +65,6 @@ def method_view(protocol: Protocol, call: Call, verb: str, name: str, aio: bool)
     if returns is None:
         returns = f"v.{call.values.name}" if call.values else _RETURNS_OF_KIND[call.kind]
     some = verb == "change_"
-    head = f"{'async ' if aio else ''}def {name}("
     items: list[Source] = ["self", *(_parameter(a, False) for a in positional)]
     keywords = [p for a in asked for p in _keywords(a, False)]
     keywords += [
@@ -76,7 +74,7 @@ def method_view(protocol: Protocol, call: Call, verb: str, name: str, aio: bool)
         keywords.append("timeout: float | None = None")
     if keywords:
         items += ["*", *keywords]
-    signature = Nested(head, tuple(items), f") -> {returns}:")
+    signature = Nested(f"def {name}(", tuple(items), f") -> {returns}:")
     given: list[Source] = [f"t.{call.constant}"]
     if timeout:
         given.append("timeout")
@@ -84,9 +82,19 @@ def method_view(protocol: Protocol, call: Call, verb: str, name: str, aio: bool)
         f"{k}={k}" for a in (*asked, *arguments) for k in (a.keyword, *(w.keyword for w in a.ways))
     ]
     result = "" if returns == "None" else "return "
-    body = Nested(f"{result}{'await ' if aio else ''}self.{primitive}(", tuple(given), ")")
+    body = Nested(f"{result}self.{primitive}(", tuple(given), ")")
     doc = method_doc(protocol, call, verb, (*asked, *arguments), timeout)
     return MethodView(name, signature, doc, body, returns)
+
+
+def asynchronous(method: MethodView) -> MethodView:
+    """Return the view of a method for asyncio."""
+    signature, body = method.signature, method.body
+    before, called = body.opening.split("self.")
+    return method._replace(
+        signature=signature._replace(opening=f"async {signature.opening}"),
+        body=body._replace(opening=f"{before}await self.{called}"),
+    )
 
 
 def _positional(arguments: Sequence[Argument]) -> tuple[Argument, ...]:
@@ -122,8 +130,7 @@ def _type(field: Field) -> str:
     return f"{table} | str | int" if table else _TYPES[field.format.kind]
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
+class Part(NamedTuple):
     """A class with the methods of one parameter set, or of one message in all its forms.
 
     :param verbs: prefixes of its methods; may be only some of the set's.
@@ -134,8 +141,7 @@ class Part:
     verbs: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ClassPlan:
+class ClassPlan(NamedTuple):
     """A class of a unit.
 
     :param base: its base class in the runtime.
@@ -149,8 +155,7 @@ class ClassPlan:
     parts: tuple[Part, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class UnitPlan:
+class UnitPlan(NamedTuple):
     """A unit and its classes; the device itself is the last."""
 
     name: str
@@ -159,8 +164,7 @@ class UnitPlan:
     classes: tuple[ClassPlan, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Parts:
+class Parts(NamedTuple):
     """All parts in the order of the document, and the units.
 
     :param names: constant of a call -> name of its methods without the verb.
@@ -177,15 +181,23 @@ def parts_of(plan: Plan) -> Parts:
     entries = dict(sorted(protocol.units.get("units", {}).items()))
     messages = {name: protocol.messages_of(entry) for name, entry in entries.items()}
     groups = [tuple(calls) for _, calls in groupby(plan.calls, key=lambda c: c.message.name)]
+    lists = set(messages.values())  # many units support the same messages
+    verbs = {
+        calls[0].constant: {some: _verbs(calls[0], some) for some in lists} for calls in groups
+    }
     needed = [
-        (calls, verbs)
+        (calls, some)
         for calls in groups
-        for verbs in sorted({_verbs(calls[0], known) for known in messages.values()} - {()})
+        for some in sorted({*verbs[calls[0].constant].values()} - {()})
     ]
     parts = _named(needed)
+    of_lists = {
+        some: [part for part in parts if part.verbs == verbs[part.calls[0].constant][some]]
+        for some in lists
+    }
     units = tuple(
         UnitPlan(
-            name, entry, messages[name], _classes(protocol, name, entry, messages[name], parts)
+            name, entry, messages[name], _classes(protocol, name, entry, of_lists[messages[name]])
         )
         for name, entry in entries.items()
     )
@@ -214,15 +226,15 @@ def _named(needed: Sequence[tuple[tuple[Call, ...], tuple[str, ...]]]) -> tuple[
 
 
 def _classes(
-    protocol: Protocol, name: str, entry: Json, known: frozenset[str], parts: Iterable[Part]
+    protocol: Protocol, name: str, entry: Json, parts: Iterable[Part]
 ) -> tuple[ClassPlan, ...]:
+    """Return the classes of a unit that supports these parts."""
     framing = device_framing_of(protocol)
     shape = framing.shape(protocol, entry)
     taken: dict[str, list[Part]] = {level: [] for level in shape}
     for part in parts:
-        if part.verbs == _verbs(part.calls[0], known):
-            for level in _takers(framing, protocol, part.calls, shape):
-                taken[level].append(part)
+        for level in _takers(framing, protocol, part.calls, shape):
+            taken[level].append(part)
     classes: list[ClassPlan] = []
     for level, (suffix, base) in shape.items():
         element = classes[-1].name if classes else ""

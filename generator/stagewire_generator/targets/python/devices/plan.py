@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from functools import cached_property
+from typing import Final, NamedTuple, TypeAlias
 
 from stagewire_generator.framing import part
 from stagewire_generator.model import Json, Layout, Message, ParameterSet, Protocol
@@ -27,8 +28,7 @@ _VALUES = frozenset({
 })  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class ValuesPlan:
+class ValuesPlan(NamedTuple):
     """A class for the values that a controller reports in one layout of a message."""
 
     name: str
@@ -42,7 +42,7 @@ class ValuesPlan:
         return message_classes(self.message)[self.layout.form]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)  # without slots, to remember the methods
 class Call:
     """A table and its methods.
 
@@ -67,7 +67,7 @@ class Call:
         """The message that represents the call and decides who receives it."""
         return next(iter(self.members.values()))
 
-    @property
+    @cached_property
     def methods(self) -> tuple[str, ...]:
         """The verbs of its methods; an empty verb means that the name is only the words."""
         if self.kind == "set":
@@ -100,8 +100,7 @@ class Call:
         return (self.message.group,) if self.message.group else ()
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
+class Plan(NamedTuple):
     """All calls of a protocol, and the classes of their results."""
 
     protocol: Protocol
@@ -282,8 +281,7 @@ DEVICE: Final = "device"
 """The level of the device itself."""
 
 
-@dataclass(frozen=True, slots=True)
-class DeviceFraming:
+class DeviceFraming(NamedTuple):
     """Parts of device classes that depend on the framing.
 
     :param shape: returns the levels of the classes of a unit from its entry.

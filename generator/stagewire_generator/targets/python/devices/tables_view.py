@@ -6,9 +6,10 @@ Also the modules of values, with a class for each reply of a controller.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.targets.documentation import sentence, title_of, where
 from stagewire_generator.targets.python.brackets import Nested, Source, mapping
@@ -227,16 +228,14 @@ def _argument(argument: Argument) -> Nested:
 _KINDS = {"integer": "Raw", "text": "RawText", "bytes": "RawBytes", "array": "RawIntegers"}
 
 
-@dataclass(frozen=True, slots=True)
-class ValueView:
+class ValueView(NamedTuple):
     """A value: its statement and its docstring."""
 
     made: Nested
     doc: str
 
 
-@dataclass(frozen=True, slots=True)
-class ValuesView:
+class ValuesView(NamedTuple):
     """A class of values.
 
     :param kinds: the classes of the runtime that its members need.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from stagewire_generator.framing import FRAMINGS
 from stagewire_generator.model import Json, Protocol
@@ -16,6 +17,7 @@ from stagewire_generator.targets.python.devices.facts_view import (
 )
 from stagewire_generator.targets.python.devices.imports import (
     facts_imports,
+    names_in,
     parts_imports,
     tables_imports,
     units_imports,
@@ -27,6 +29,7 @@ from stagewire_generator.targets.python.devices.parts import (
     Part,
     Parts,
     UnitPlan,
+    asynchronous,
     method_view,
     parts_of,
 )
@@ -53,8 +56,7 @@ _WHAT = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class UnitClassView:
+class UnitClassView(NamedTuple):
     """A class of a unit."""
 
     name: str
@@ -115,8 +117,7 @@ def _bays(protocol: Protocol, entry: Json) -> str:
     return sentence(", ".join(places))
 
 
-@dataclass(frozen=True, slots=True)
-class PartView:
+class PartView(NamedTuple):
     """A mixin of device classes."""
 
     name: str
@@ -124,8 +125,7 @@ class PartView:
     methods: tuple[MethodView, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ModuleView:
+class ModuleView(NamedTuple):
     """A module: its imports and its classes."""
 
     name: str
@@ -134,8 +134,7 @@ class ModuleView:
     classes: tuple[ValuesView, ...] | tuple[PartView, ...] | tuple[UnitClassView, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class SideView:
+class SideView(NamedTuple):
     """The classes for threads, or those for asyncio.
 
     :param package: ``devices`` or ``aio``.
@@ -148,8 +147,7 @@ class SideView:
     units: ModuleView
 
 
-@dataclass(frozen=True, slots=True)
-class DevicesView:
+class DevicesView(NamedTuple):
     """All views of device classes.
 
     :param names: the classes of the units.
@@ -177,6 +175,7 @@ def devices_view(protocol: Protocol) -> DevicesView | None:
     every = [view for m in values for view in m.classes if isinstance(view, ValuesView)]
     statements = tables.tables()
     facts = facts_view(protocol, parts.units, tables)
+    made = _parts(protocol, parts)
     return DevicesView(
         names=tuple(unit.name for unit in parts.units),
         values=values,
@@ -187,8 +186,8 @@ def devices_view(protocol: Protocol) -> DevicesView | None:
         facts=facts,
         facts_imports=facts_imports(package, facts.statements),
         sides=(
-            _side(protocol, parts, "devices", "", aio=False),
-            _side(protocol, parts, "aio", " for asyncio", aio=True),
+            _side(protocol, parts, made, "devices", "", aio=False),
+            _side(protocol, parts, made, "aio", " for asyncio", aio=True),
         ),
     )
 
@@ -207,23 +206,35 @@ def _values(plan: Plan) -> tuple[ModuleView, ...]:
     return tuple(modules)
 
 
-def _side(protocol: Protocol, parts: Parts, package: str, kind: str, aio: bool) -> SideView:
-    """Return the classes for threads, or for asyncio."""
+def _parts(protocol: Protocol, parts: Parts) -> dict[str, list[PartView]]:
+    """Return the parts for threads by chapter, in the order of the document."""
+    made: dict[str, list[PartView]] = {chapter.name: [] for chapter in protocol.chapters}
+    for part in parts.parts:
+        made[part.calls[0].message.chapter].append(_part(protocol, part, parts))
+    return {chapter: views for chapter, views in made.items() if views}
+
+
+def _side(
+    protocol: Protocol,
+    parts: Parts,
+    made: Mapping[str, Sequence[PartView]],
+    package: str,
+    kind: str,
+    aio: bool,
+) -> SideView:
+    """Return the classes for threads, or for asyncio.
+
+    :param made: the parts for threads by chapter.
+    """
     modules = []
-    for chapter in protocol.chapters:
-        views = [
-            _part(protocol, part, parts, aio)
-            for part in parts.parts
-            if part.calls[0].message.chapter == chapter.name
-        ]
-        if views:
-            imports = parts_imports(
-                protocol.package, [m for view in views for m in view.methods], aio
-            )
-            names = tuple(view.name for view in views)
-            modules.append(ModuleView(chapter.name, imports, names, tuple(views)))
-    classes = tuple(view for unit in parts.units for view in unit_class_views(protocol, unit, kind))
-    every = tuple(view.name for view in classes)
+    for chapter, views in made.items():
+        used = names_in(method for view in views for method in view.methods)
+        imports = parts_imports(protocol.package, used, aio)
+        names = tuple(view.name for view in views)
+        classes = tuple(map(_asynchronous, views) if aio else views)
+        modules.append(ModuleView(chapter, imports, names, classes))
+    units = tuple(view for unit in parts.units for view in unit_class_views(protocol, unit, kind))
+    every = tuple(view.name for view in units)
     bases = {plan.base for unit in parts.units for plan in unit.classes}
     chapters = [m.name for m in modules]
     imports = units_imports(protocol.package, package, bases, chapters, aio)
@@ -231,14 +242,20 @@ def _side(protocol: Protocol, parts: Parts, package: str, kind: str, aio: bool) 
         package=package,
         kind=kind,
         parts=tuple(modules),
-        units=ModuleView("units", imports, every, classes),
+        units=ModuleView("units", imports, every, units),
     )
 
 
-def _part(protocol: Protocol, part: Part, parts: Parts, aio: bool) -> PartView:
+def _part(protocol: Protocol, part: Part, parts: Parts) -> PartView:
+    """Return the view of a part for threads."""
     methods = [
-        method_view(protocol, call, verb, verb + parts.names[call.constant], aio)
+        method_view(protocol, call, verb, verb + parts.names[call.constant])
         for call in part.calls
         for verb in (part.verbs if call.kind == "set" else call.methods)
     ]
     return PartView(part.name, part_doc(protocol, part.calls[0]), tuple(methods))
+
+
+def _asynchronous(part: PartView) -> PartView:
+    """Return the view of a part for asyncio."""
+    return PartView(part.name, part.doc, tuple(map(asynchronous, part.methods)))

@@ -35,6 +35,8 @@ from stagewire_conformance.device.checks.apt.motion.watch import watch
 
 _SECONDS: Final = 0.25
 """The approximate duration in seconds of the move, and of the way beyond its target."""
+_OBSERVABLE: Final = 0.02
+"""The duration in seconds of a way that several statuses show."""
 _STOP: Final = ("MOT_MOVE_STOP", STOPPED)
 
 
@@ -64,6 +66,11 @@ def _corrects(axes: Sequence[Axis]) -> None:
     distances = long_enough(
         distances, "a backlash distance of {} counts is too short to be observed"
     )
+    for axis in [axis for axis, each in distances.items() if _is_too_quick(axis, each)]:
+        axis.trial.inconclusive(
+            f"{axis.text}: moves of {distances.pop(axis)} counts end before the way beyond their target can "
+            "be observed; allow a wider range, or set a lower velocity and acceleration"
+        )
     if not distances or not make_room({axis: 2 * each for axis, each in distances.items()}):
         return
     begins = {axis: axis.place_with_room(2 * each) for axis, each in distances.items()}
@@ -76,6 +83,10 @@ def _corrects(axes: Sequence[Axis]) -> None:
         and _judge(axis, distances[axis], with_positive[axis], with_negative[axis])
     ]
     _stop_after_the_turn({axis: distances[axis] for axis in right}, begins, with_negative)
+
+
+def _is_too_quick(axis: Axis, distance: int) -> bool:
+    return axis.pace.known and axis.pace.seconds(distance) < _OBSERVABLE
 
 
 def _overshoots(

@@ -275,11 +275,13 @@ def _judge(axis: Axis, before: Status, seen: Watched, strays: Decision) -> None:
 def unsafe(axis: Axis) -> str:
     """Return why the motor might run into a mechanical end while it homes; empty if it should not.
 
-    Home parameters of zero have driven stages into their ends. Stages of brushless controllers, which have no
-    limit switch parameters, ignore them (pages 37 and 39).
+    Home parameters of zero have driven stages into their ends. Stages of brushless controllers, which have
+    stage axis parameters, ignore all of them but the velocity (pages 37 and 39; Issue 37, page 76).
     """
     place = axis.place
-    if "MOT_REQ_HOMEPARAMS" not in place.messages or "MOT_SET_LIMSWITCHPARAMS" not in place.listed:
+    brushless = "MOT_REQ_PMDSTAGEAXISPARAMS" in place.listed
+    switches = "MOT_SET_LIMSWITCHPARAMS" in place.listed and not brushless
+    if "MOT_REQ_HOMEPARAMS" not in place.messages or not switches:
         return ""
     told = axis.ask(m.MotReqHomeParams(axis.channel)).message
     if told.limit_switch == 0:

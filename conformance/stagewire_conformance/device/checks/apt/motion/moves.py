@@ -126,7 +126,8 @@ def long_enough(ways: Mapping[Axis, int], otherwise: str) -> dict[Axis, int]:
     for axis, way in ways.items():
         if abs(way) < _LEAST:
             axis.trial.inconclusive(
-                f"{axis.text}: {otherwise.format(abs(way))}; allow a wider range"
+                f"{axis.text}: {otherwise.format(abs(way))}; allow a wider range, or set a "
+                "higher velocity and acceleration"
             )
     return {axis: way for axis, way in ways.items() if abs(way) >= _LEAST}
 

@@ -165,12 +165,12 @@ def acceleration_scale(place: Target, channel: int, velocity: float) -> float | 
 
 
 def is_printed(place: Target, channel: int) -> bool:
-    """Return whether the document has the scale of a velocity parameter.
+    """Return whether a document prints the scale of a velocity parameter.
 
     Otherwise a controller may take the unit of page 30 literally, which is one count/s.
     """
     scale = _scale(place, channel, "velocity")
-    return scale is not None and not scale.source
+    return scale is not None and bool(scale.printed)
 
 
 def coarsest_velocity(place: Target, channel: int) -> float:

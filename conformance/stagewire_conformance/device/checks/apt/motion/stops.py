@@ -85,21 +85,28 @@ KIND = Kind(
 def _run(axes: Sequence[Axis]) -> None:
     axes[0].trial.depends_on(Cause("MOT_MOVE_STOP", EFFECT))
     ways = distances(axes, _SECONDS)
+    abrupt = set()  # motors that a profile stops within a few counts, because they were slowed down
     for axis, way in ways.items():
-        if axis.pace.seconds(way) < _LEAST and not _slow_down(axis, abs(way)):
+        if axis.pace.seconds(way) >= _LEAST:
+            continue
+        slow = _slow_down(axis, abs(way))
+        if slow is None:
             axis.trial.inconclusive(
                 f"a move of {abs(way)} counts ends before it can be stopped; allow a wider "
                 "range, or settings, so that it can be made slower"
             )
             return
+        if slow**2 / (2 * axis.pace.acceleration) < JITTER:
+            abrupt.add(axis)
     at_once = _stop(
         {axis: absolute(axis, axis.start + way) for axis, way in ways.items()}, StopMode.IMMEDIATE
     )
     if not move([absolute(axis, axis.start, " after a stop") for axis in axes]):
         return
     slowly = _stop({axis: relative(axis, way) for axis, way in ways.items()}, StopMode.PROFILED)
-    for axis in at_once.keys() & slowly.keys():
-        judge_modes(axis, "", at_once[axis], slowly[axis])
+    for axis in axes:
+        if axis in at_once and axis in slowly and axis not in abrupt:
+            judge_modes(axis, "", at_once[axis], slowly[axis])
     back = {axis: -stopped.signed // 2 for axis, stopped in slowly.items()}
     move([relative(axis, way, " after a stop") for axis, way in back.items() if abs(way) > HELD])
 
@@ -162,14 +169,16 @@ def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, StoppedMotio
     }
 
 
-def _slow_down(axis: Axis, distance: int) -> bool:
-    """Slow the motor down so that moves over a distance take long enough; return whether that was allowed."""
+def _slow_down(axis: Axis, distance: int) -> float | None:
+    """Slow the motor down so that moves over a distance take long enough.
+
+    Return its velocity in counts/s; None if that is not allowed.
+    """
     if not axis.trial.allowed.settings or not axis.place.messages.issuperset(
         messages_of("VELPARAMS")
     ):
-        return False
-    slow_down(axis, 2 * distance, axis.pace)
-    return True
+        return None
+    return slow_down(axis, 2 * distance, axis.pace)
 
 
 def _judge(one: Move, start: int, seen: Watched, mode: StopMode) -> int | None:

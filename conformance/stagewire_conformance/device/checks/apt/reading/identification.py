@@ -30,7 +30,10 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.trial import Trial
 
 _DIGITS: Final = 8
-"""Digits of a serial number; the first two are the prefix (pages 7 and 22)."""
+"""Digits of a serial number; the first two are the prefix (Issue 3, pages 7 and 22)."""
+
+_AFTER_THE_PREFIX: Final = 6
+"""Digits after the prefix. Units of Issue 37 with a prefix of three digits have nine digits in all."""
 
 _MOTHERBOARD: Final = "MULTI_CHANNEL_MOTHERBOARD"
 """The hardware type of a motherboard (page 22)."""
@@ -103,14 +106,17 @@ def _judge_serial_number(trial: Trial, place: Target, heard: Incoming) -> None:
         rule="info-serial-number",
     ):
         return
+    unit = place.unit
+    due = {len(str(prefix)) + _AFTER_THE_PREFIX for prefix in unit.prefixes} or {_DIGITS}
     trial.should(
-        len(digits) == _DIGITS,
+        len(digits) in {_DIGITS, *due},
         f"{heard.name}: the serial number {number} has {len(digits)} digits; the document "
         f"states {_DIGITS}",
         came=heard.raw,
         rule="serial-number-eight-digits",
     )
-    unit = place.unit
+    if place.is_motherboard and unit.kind == "bay":
+        return  # a rack of modules has its own serial number, and no documented prefix
     prefix = unit.card_usb_prefix if place.bay else unit.usb_prefix
     if prefix is not None and len(digits) == _DIGITS:
         trial.should(
@@ -200,7 +206,8 @@ def _flashing_places(declared: Declaration, allowed: Permissions) -> Iterator[Ca
     each=_flashing_places,
 )
 def _flash(trial: Trial, place: Target) -> None:
-    trial.line.send(trial.declared.make(_IDENTIFY), place.address)
+    channel = 1 if place.is_motherboard else None  # Issue 37, page 46: it flashes a channel
+    trial.line.send(trial.declared.make(_IDENTIFY, channel), place.address)
     came = trial.line.listen(_SILENCE)
     trial.must(
         not came,

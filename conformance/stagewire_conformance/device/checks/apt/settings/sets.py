@@ -13,7 +13,7 @@ from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care
 from stagewire_conformance.device.checks.apt.wording import joined
-from stagewire_conformance.registry import Json, Registry
+from stagewire_conformance.registry import PLAIN, Json, Registry
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -72,9 +72,13 @@ def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSe
         if not {setting, asking, telling} <= place.listed:
             continue
         entry = registry.messages[setting]
-        fields, told = _values(registry, setting), _values(registry, telling)
+        unit = place.unit.name
+        fields, told = _values(registry, setting, unit), _values(registry, telling, unit)
+        asked = _arguments(registry, asking)
         unread = ", ".join(field for field in fields if field not in told)
         lacking = f"{telling} does not contain {unread}" if unread else ""
+        chosen = ", ".join(field for field in asked if field != CHANNEL)
+        lacking = lacking or (f"{asking} reads only the values of one {chosen}" if chosen else "")
         yield ParameterSet(
             name=name,
             set=setting,
@@ -83,15 +87,24 @@ def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSe
             fields={field: facts for field, facts in fields.items() if field != CHANNEL},
             reported=tuple(field for field in told if field not in fields),
             announces=tuple(each for each in entry["exchange"].get("announces", ())),
-            has_channel=CHANNEL in fields,
+            has_channel=CHANNEL in fields or CHANNEL in asked,
             effect=entry["effect"],
             skip=place.why_none((setting, asking, telling)) or lacking,
         )
 
 
-def _values(registry: Registry, message: str) -> Mapping[str, Json]:
-    """Return the registry entries of the fields with values of the first form of a message."""
-    fields = registry.fields(message, registry.messages[message]["layouts"][0]["form"])
+def _arguments(registry: Registry, message: str) -> list[str]:
+    """Return the fields of a request that must be given."""
+    fields = registry.fields(message, registry.forms(message)[0])
+    return [name for name, facts in fields.items() if facts["role"] == "value"]
+
+
+def _values(
+    registry: Registry, message: str, unit: str = "", form: str | None = None
+) -> Mapping[str, Json]:
+    """Return the registry entries of the fields with values of a form, by default the plain one."""
+    forms = registry.forms(message)
+    fields = registry.fields(message, form or (PLAIN if PLAIN in forms else forms[0]), unit)
     return {field: facts for field, facts in fields.items() if facts["role"] == "value"}
 
 
@@ -140,8 +153,9 @@ class PlacedSet:
         return self.values(self.ask(trial))
 
     def values(self, heard: Incoming) -> Values:
-        """Return the values of a GET that was received."""
-        return {name: getattr(heard.message, name) for name in self.set.fields}
+        """Return the values of a GET that was received; a short form may lack some."""
+        there = heard.message.layout.fields
+        return {name: getattr(heard.message, name) for name in self.set.fields if name in there}
 
     def differing(self, told: Values, wanted: Values) -> tuple[Cause, ...]:
         """Return the causes that the set does not store the fields that differ."""
@@ -162,8 +176,9 @@ class PlacedSet:
 
     def expected(self, trial: Trial, values: Values, came: Incoming) -> bytes:
         """Return the bytes of a GET with these values, and the addresses of the one that was received."""
-        told = {name: getattr(came.message, name) for name in self.set.reported}
-        message = self._message(trial, self.set.get, values, told)
+        form, there = came.message.layout.form, came.message.layout.fields
+        told = {name: getattr(came.message, name) for name in self.set.reported if name in there}
+        message = self._message(trial, self.set.get, values, told, form)
         raw: bytes = message.pack(came.dest, came.source)
         return raw
 
@@ -192,20 +207,36 @@ class PlacedSet:
                 cause=Cause(name, DELIVERY),
             )
 
-    def _message(self, trial: Trial, name: str, values: Values, told: Values | None = None) -> Any:
+    def _message(
+        self,
+        trial: Trial,
+        name: str,
+        values: Values,
+        told: Values | None = None,
+        form: str | None = None,
+    ) -> Any:
         """Return a SET or a GET with these values, which may be outside the documented range.
 
         A controller may have had such values before; then they are restored.
 
         :param told: values that only a GET has.
+        :param form: by default the plain one, or the first one that needs only these values.
         """
+        if form is None and values.keys() < self.set.fields.keys():
+            registry = trial.declared.registry
+            form = next(
+                form
+                for form in registry.forms(name)
+                if values.keys() >= _values(registry, name, form=form).keys() - {CHANNEL}
+            )
         allowed = {
             field: max(facts["minimum"], min(values[field], facts["maximum"]))
             if facts["kind"] == "integer"
             else values[field]
             for field, facts in self.set.fields.items()
+            if field in values
         }
-        message = trial.declared.make(name, self.channel, **allowed, **(told or {}))
+        message = trial.declared.make(name, self.channel, form, **allowed, **(told or {}))
         return type(message).keep({**message.values(), **values})
 
     def write_and_ask(self, trial: Trial, values: Values) -> Incoming:

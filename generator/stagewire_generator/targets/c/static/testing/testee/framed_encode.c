@@ -216,6 +216,7 @@ static bool encode_undocumented(struct testee *testee, uint16_t id, struct draft
 struct choice {
     const struct stagewire_layout *layout; /* the selected layout, or NULL */
     const struct stagewire_layout *undecided; /* a layout that depends on a context, or NULL */
+    const struct stagewire_layout *plain; /* the plain form, chosen between packets, or NULL */
     size_t layouts; /* number of layouts of the message in all forms */
     bool contradicts; /* whether form and context contradict each other */
 };
@@ -225,8 +226,9 @@ static struct choice choose(const struct testee *testee)
     const struct json_value *const message = testee_get(testee, "message");
     const struct json_value *const form = testee_get(testee, "form");
     const struct json_value *const context = testee_object(testee, "context");
-    struct choice choice = {NULL, NULL, 0, false};
+    struct choice choice = {NULL, NULL, NULL, 0, false};
     bool decided = false;
+    bool has_header = false;
     for (const struct stagewire_layout *layout = testee_protocol.layouts;
          layout != testee_layouts_end(); ++layout) {
         if (!json_is(message, layout->message)) {
@@ -236,6 +238,10 @@ static struct choice choose(const struct testee *testee)
         if (layout->contexts != NULL && choice.undecided == NULL) {
             choice.undecided = layout;
         }
+        if (strcmp(layout->form, "data") == 0) {
+            choice.plain = layout;
+        }
+        has_header = has_header || strcmp(layout->form, "header") == 0;
         if (form != NULL ? json_is(form, layout->form) : !decided) {
             choice.layout = layout;
             decided = framed_agrees(layout, context);
@@ -243,7 +249,7 @@ static struct choice choose(const struct testee *testee)
         }
     }
     if (form == NULL && !decided && choice.layouts > 1) {
-        choice.layout = NULL;
+        choice.layout = has_header ? NULL : choice.plain;
     }
     return choice;
 }

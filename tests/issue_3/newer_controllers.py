@@ -1,4 +1,7 @@
-"""Controllers newer than the document: their recognition, their scales, and errors."""
+"""With the package of Issue 3 alone: controllers newer than the document, their scales, and errors.
+
+``test_issue_3_alone.py`` runs these tests in a process with that package.
+"""
 
 from __future__ import annotations
 
