@@ -164,6 +164,11 @@ class Target:
         assert issubclass(sign, FramedMessage)  # command protocols have no keep-alive message
         return sign
 
+    @property
+    def brushless(self) -> bool:
+        """Whether its motors are brushless, which have stage axis parameters."""
+        return "MOT_REQ_PMDSTAGEAXISPARAMS" in self.listed
+
     @functools.cached_property
     def moves_stages(self) -> bool:
         """Whether it moves stages, and not only actuators, shutters or sensors."""

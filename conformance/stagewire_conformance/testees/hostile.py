@@ -15,12 +15,13 @@ from stagewire_conformance.testees.case import Case, Step, send
 
 _ROUNDS = 5
 _LINES = 300
+_SHORT = 10_000  # bytes of the longest line in a round
 
 
 def order_cases(cases: Sequence[Case], seed: int) -> Iterator[Case]:
     """Yield rounds of lines that are all sent before the first answer is read.
 
-    :param cases: the cases to choose from at random.
+    :param cases: the cases to choose from at random; most of their lines must be short.
     """
     random = Random(f"order {seed}")
     steps = [step for case in cases for step in case.steps]
@@ -38,7 +39,7 @@ def order_cases(cases: Sequence[Case], seed: int) -> Iterator[Case]:
 def _short_one(steps: Sequence[Step], random: Random) -> Step:
     while True:
         step = random.choice(steps)
-        if len(step.line(0)) < 10_000:
+        if len(step.line(0)) < _SHORT:
             return step
 
 

@@ -151,7 +151,7 @@ def _stage(
             overlay = document.overlay_of(*path, "controllers", controller, quantity)
             is_added = (
                 overlay != document.overlay
-            )  # so the page of the stage is of another document
+            )  # the page of the stage is then of another document
             printed = group is None or (
                 group.units and group.page and (not is_added or overlay == group.overlay)
             )

@@ -139,7 +139,8 @@ class Protocol:
     def described(self, layout: Layout, field: str) -> tuple[str, str]:
         """Return the unit of a field and the place that describes it; both are empty if unknown.
 
-        The place is a page or a section, with the document if there are several: ``page 58 of Issue 37``.
+        The place is a page or a section, with the document if there are several: ``page 58 of Issue 37``. If
+        a later document also describes the message, the place names both.
         """
         if not self._described:
             self._described = dict(self._describe())
@@ -152,7 +153,13 @@ class Protocol:
         except (ImportError, OSError, ValueError):
             return  # a protocol that is not a package has no registry
         sections = registry["document"].get("sections")
+        overlays = registry["document"].get("overlays", ())
+        documents = {overlay["name"]: overlay["document"]["name"] for overlay in overlays}
         for message in registry["messages"]:
+            later = "".join(
+                f" and page {page} of {documents[overlay]}"
+                for overlay, page in message.get("later_pages", {}).items()
+            )
             for layout in message["layouts"]:
                 fields = [layout.get("param1"), layout.get("param2"), *layout["fields"]]
                 for field in filter(None, fields):
@@ -161,6 +168,8 @@ class Protocol:
                         place = f"section {sections[field['page'] - 1]}"
                     if "document" in field:
                         place += f" of {field['document']}"
+                    if "overlay" not in field:
+                        place += later
                     key = message["name"], layout["form"], field["name"]
                     yield key, (field.get("unit") or "", place)
 

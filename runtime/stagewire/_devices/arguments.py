@@ -88,14 +88,15 @@ def number_of(choices: Named | None, value: object, modifiers: int = 0) -> int |
     """Return the number of a member, a name or an integer; None for anything else.
 
     Join several names by ``|``: bits, or a value of an enumeration and its modifiers. Integers of NumPy are
-    accepted; bools and members of other tables are not.
+    accepted, and so are members of a table with the same names and values: a request and its set can have
+    tables of different sizes. Bools and members of other tables are not.
 
     :param choices: class with the names; None to accept only integers.
     :param modifiers: mask of the values of an enumeration that can be combined with another value.
     """
     if isinstance(value, str):
         return None if choices is None else _by_name(choices, value, modifiers)
-    if isinstance(value, Enumeration | Flags) and not (choices and isinstance(value, choices)):
+    if isinstance(value, Enumeration | Flags) and not (choices and _is_member(value, choices)):
         return None
     if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
         return None
@@ -103,6 +104,14 @@ def number_of(choices: Named | None, value: object, modifiers: int = 0) -> int |
         return operator.index(value)  # type: ignore[arg-type]  # raises TypeError for what is not an integer
     except TypeError:
         return None
+
+
+def _is_member(value: Enumeration | Flags, choices: Named) -> bool:
+    """Return whether a value is a member of a table, or of one with the same names and values."""
+    return isinstance(value, choices) or (
+        issubclass(choices, Flags) == isinstance(value, Flags)
+        and _names(type(value)) == _names(choices)
+    )
 
 
 def check_held(entry: Given, value: object) -> None:

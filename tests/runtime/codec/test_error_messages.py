@@ -37,13 +37,14 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.MotMoveAbsolute(65536, 5),
         OutOfRangeError,
-        "MOT_MOVE_ABSOLUTE.chan_ident must be 0 to 65535 (raw counts), not 65536; see page 45 of Issue 3",
+        "MOT_MOVE_ABSOLUTE.chan_ident must be 0 to 65535 (raw counts), not 65536; see page 45 of Issue 3 "
+        "and page 84 of Issue 37",
     ),
     (
         lambda: m.MotSetSolCycleParams(1, 99, 400, 0),
         OutOfRangeError,
         "MOT_SET_SOL_CYCLEPARAMS.on_time must be 100 to 40000000 (raw counts of ms), not 99; see page 87 of "
-        "Issue 3",
+        "Issue 3 and page 189 of Issue 37",
     ),
     (
         lambda: m.MotMoveAbsolute(1, True),

@@ -21,9 +21,10 @@ from stagewire.errors import (
     UnknownFieldError,
     UnknownScaleError,
 )
-from stagewire_apt import BPC301, PROTOCOL, TDC001, stages
+from stagewire_apt import BBD302, BPC301, PROTOCOL, TDC001, stages
 from stagewire_apt import enumerations as e
 from stagewire_apt import messages as m
+from stagewire_apt.flags import AuxOutputPortMask, SynchronizedChannels
 
 
 @pytest.fixture
@@ -229,7 +230,10 @@ def test_an_error_lists_the_choices(
 ) -> None:
     with pytest.raises((BadValueError, OutOfRangeError)) as refused:
         tdc.jog(direction)
-    assert str(refused.value) == f"{said}; see MOT_MOVE_JOG.direction, page 47 of Issue 3"
+    assert (
+        str(refused.value)
+        == f"{said}; see MOT_MOVE_JOG.direction, page 47 of Issue 3 and page 86 of Issue 37"
+    )
     assert line.raw == b""
 
 
@@ -338,3 +342,22 @@ def test_calls_to_an_unresponsive_controller_time_out(tdc: TDC001, line: Recordi
     assert line.clock() - before == pytest.approx(0.4, abs=0.01)
     # The second request waits for the late reply of the first.
     assert line.names(PROTOCOL) == ["MOT_REQ_VELPARAMS"]
+
+
+def test_a_mask_of_connectors_changes_each_of_them() -> None:
+    with BBD302.open("virtual://BBD302") as rack:
+        bay = rack.bay(1)
+        bay.set_aux_io_config(out_port="portnum_1|portnum_3", mode="ENC", sw_source="LOW")
+        modes = [bay.get_aux_io_config(out_port=port).mode for port in (1, 2, 4)]
+        assert modes == [e.AuxPortMode.ENC, e.AuxPortMode.SW, e.AuxPortMode.ENC]
+
+
+def test_the_connector_of_an_answer_can_be_asked_for_and_changed() -> None:
+    with BBD302.open("virtual://BBD302") as rack:
+        bay = rack.bay(1)
+        port = bay.get_aux_io_config(out_port=2).out_port
+        assert bay.get_aux_io_config(out_port=port).out_port == 2
+        bay.change_aux_io_config(out_port=port, mode="ENC")
+        assert bay.get_aux_io_config(out_port=AuxOutputPortMask(2)).mode is e.AuxPortMode.ENC
+        with pytest.raises(BadValueError, match="out_port <SynchronizedChannels channel_1>"):
+            bay.get_aux_io_config(out_port=SynchronizedChannels(1))

@@ -28,6 +28,7 @@ class Value:
     :param minimum: the minimum of an integer; None for text.
     :param maximum: the maximum of an integer; None for text.
     :param listed: the values of a complete table; None if others are possible.
+    :param is_mask: whether its bits have names.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Value:
     minimum: int | None
     maximum: int | None
     listed: frozenset[int] | None
+    is_mask: bool = False
 
     def fault(self, value: Any) -> str:
         """Return why the document does not allow a value; empty if it does."""
@@ -161,4 +163,5 @@ def _value(field: Mapping[str, Any], unit: str) -> Value:
         minimum=minimum,
         maximum=maximum,
         listed=frozenset(table.values()) if table and complete else None,
+        is_mask="flags" in field,
     )

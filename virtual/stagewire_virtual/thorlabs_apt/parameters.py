@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Collection, Mapping, MutableMapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Final
 
 from stagewire import Frame, FramedMessage
@@ -81,7 +81,7 @@ class Parameters:
             if facts.role == "set" and facts.set_name in _plain(unit)
         }
         self._selectors = {
-            facts.set_name: [value.name for value in facts.values]
+            facts.set_name: facts.values
             for facts in self._facts.values()
             if facts.role == "req" and facts.values and facts.set_name in _plain(unit)
         }
@@ -102,7 +102,8 @@ class Parameters:
             if why := channel.behaviour.refusal(frame):
                 self._controller.refuse(frame, f"{facts.name}: {why}")
                 continue
-            self._selected(channel, facts.set_name, values).update(values)
+            for which in self._selected(facts.set_name, values):
+                channel.values_for(facts.set_name, which).update({**values, **which})
             for name in values.keys() & _COMMON.get(facts.set_name, ()):
                 self._channels[0].parameters[facts.set_name][name] = values[name]
             obey_enable_state(channel)
@@ -131,17 +132,25 @@ class Parameters:
         for channel in addressed(self._channels, frame, self._controller):
             channel.save(set_name)
 
-    def _selected(
-        self, channel: Channel, set_name: str, asked: Mapping[str, Any]
-    ) -> MutableMapping[str, Any]:
-        """Return the values of a set; those of one connector if its REQ names a connector."""
-        which = {name: asked[name] for name in self._selectors.get(set_name, ())}
-        return channel.values_for(set_name, which)
+    def _selected(self, set_name: str, values: Mapping[str, Any]) -> list[dict[str, int]]:
+        """Return the fields that select a connector of a set: one entry for each bit of a mask of connectors.
+
+        A set that exists only once has one entry without fields.
+        """
+        found: list[dict[str, int]] = [{}]
+        for selector in self._selectors.get(set_name, ()):
+            value = values[selector.name]
+            bits = [1 << at for at in range(value.bit_length()) if value >> at & 1]
+            each = bits if selector.is_mask and bits else [value]
+            found = [{**entry, selector.name: one} for entry in found for one in each]
+        return found
 
     def _message(self, get: str, channel: Channel, asked: Mapping[str, Any]) -> FramedMessage:
         """Return the GET of a set, with live values where the behaviour has them, else stored ones."""
         facts = self._facts[get]
-        values = dict(self._selected(channel, facts.set_name, asked))
+        which = self._selected(facts.set_name, asked)[0]
+        values = {**channel.values_for(facts.set_name, which)}
+        values.update((name, asked[name]) for name in which)
         for name in _COMMON.get(facts.set_name, ()):
             values[name] = self._channels[0].parameters[facts.set_name][name]
         if live := channel.behaviour.method("live", facts.set_name):

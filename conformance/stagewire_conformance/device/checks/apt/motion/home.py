@@ -279,9 +279,7 @@ def unsafe(axis: Axis) -> str:
     stage axis parameters, ignore all of them but the velocity (pages 37 and 39; Issue 37, page 76).
     """
     place = axis.place
-    brushless = "MOT_REQ_PMDSTAGEAXISPARAMS" in place.listed
-    switches = "MOT_SET_LIMSWITCHPARAMS" in place.listed and not brushless
-    if "MOT_REQ_HOMEPARAMS" not in place.messages or not switches:
+    if "MOT_REQ_HOMEPARAMS" not in place.messages or place.brushless:
         return ""
     told = axis.ask(m.MotReqHomeParams(axis.channel)).message
     if told.limit_switch == 0:

@@ -100,7 +100,7 @@ def _lacks(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
     travel = place.travel_of(channel)
     if not place.connected_to(channel).limit_switches:
         return f"the PICS states that {what} has no limit switches"
-    if "MOT_REQ_PMDSTAGEAXISPARAMS" in place.listed:
+    if place.brushless:
         return f"{what} is brushless: its axis limits can end the travel before its switches do"
     if travel is None:
         return f"the PICS declares no travel of {what}, so the positions of its ends are unknown"
