@@ -14,6 +14,7 @@ from stagewire.support import (
     Rule,
     Scale,
     Setting,
+    StageReport,
     Told,
     Unit,
     UnknownScale,
@@ -2863,6 +2864,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 3, page 75",
+        ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -2938,6 +2944,11 @@ UNITS: dict[str, Unit] = {
             "DDR100",
             "DDR05",
             "DDR25",
+        ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 3, page 75",
         ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
@@ -3015,6 +3026,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 3, page 75",
+        ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -3082,6 +3098,11 @@ UNITS: dict[str, Unit] = {
             "DDR100",
             "DDR05",
             "DDR25",
+        ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 3, page 75",
         ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
@@ -3156,6 +3177,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
+        ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -3229,6 +3255,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
+        ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -3296,6 +3327,11 @@ UNITS: dict[str, Unit] = {
             "DDR100",
             "DDR05",
             "DDR25",
+        ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
         ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
@@ -3371,6 +3407,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
+        ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -3444,6 +3485,11 @@ UNITS: dict[str, Unit] = {
             "DDR100",
             "DDR05",
             "DDR25",
+        ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
         ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
@@ -4712,6 +4758,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
+        ),
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
         moving={
@@ -4798,6 +4849,7 @@ UNITS: dict[str, Unit] = {
             "Z925B",
             "Z925V",
             "Z925BV",
+            "MTS100_Z8",
             "MT1_Z8",
             "Z6xx",
             "Z606",
@@ -4820,6 +4872,11 @@ UNITS: dict[str, Unit] = {
             "PY004Z8_Yaw",
             "PY004Z9_Pitch",
             "PY004Z9_Yaw",
+        ),
+        reports_stage=StageReport(
+            t.INFO,
+            "HW_GET_INFO.stage_id",
+            source="thorlabs_xa 1.9.1.28993, which reads the stage of a virtual KDC101 there",
         ),
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
@@ -5725,6 +5782,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
+        ),
         pause_ms=50,
         pause_source="as for the other T-Cubes, for which public drivers wait 3 to 200 ms",
         also_at=(0x11, 0x21),
@@ -5788,6 +5850,7 @@ UNITS: dict[str, Unit] = {
             "Z825",
             "MTS25_Z8",
             "MTS50_Z8",
+            "MTS100_Z8",
             "Z8xx",
             "Z806V",
             "Z812B",
