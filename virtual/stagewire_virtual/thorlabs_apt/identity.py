@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import random
-from typing import Any, Final
+from collections.abc import Mapping
+from typing import Any, Final, NamedTuple
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import HardwareType
@@ -14,7 +15,31 @@ from stagewire_virtual.options import Options
 DIGITS: Final = 1_000_000
 """A serial number has a prefix of two digits, which identifies the unit, and six more digits (page 7)."""
 
-_SOFTWARE_VERSION: Final = bytes((0, 0, 1, 0))  # minor, interim, major, unused: 1.0.0
+
+class _Versions(NamedTuple):
+    """The versions that a unit reports.
+
+    :param firmware: major, interim and minor version of the firmware.
+    :param hardware: version of the hardware.
+    """
+
+    firmware: tuple[int, int, int] = (1, 0, 0)
+    hardware: int = 0
+
+
+_VERSIONS: Final[Mapping[str, _Versions]] = {
+    "KDC101": _Versions((2, 2, 10), 3),
+    "KST201": _Versions((2, 0, 8), 4),
+    "LTS150": _Versions((3, 0, 11), 3),
+    "LTS300": _Versions((3, 0, 11), 3),
+    "BSC201": _Versions((3, 1, 5)),
+}
+"""The versions of units on which clients depend; other units are of version 1.0.0.
+
+Since hardware version 3 an LTS has 2048 microsteps, and the vendor's XA software opens no older one. The
+BSC201 is that of github MSLNZ/msl-equipment, motion.py at 51b9be3; the others are those of the simulated
+controllers in thorlabs_xa 1.9.1.28993 (get_hardware_info).
+"""
 
 # The model of the card in the example of page 22. The registry lists it for the units whose cards report it.
 # Other cards report the name of their unit.
@@ -71,11 +96,14 @@ def _information(unit: Unit, type: int, channels: int) -> m.HwGetInfo:
     """Return the information without a serial number; fields that only some overlays have are 0."""
     layout = m.HwGetInfo.layout
     values: dict[str, Any] = dict.fromkeys(set(layout.fields) - set(layout.optional), 0)
+    versions = _VERSIONS.get(unit.name, _Versions())
+    if "hw_version" in values:
+        values["hw_version"] = versions.hardware
     values.update(
         serial_number=_NO_SERIAL_NUMBER,
         model_number=unit.name[:_MODEL],
         type=type,
-        software_version=_SOFTWARE_VERSION,
+        software_version=bytes((*reversed(versions.firmware), 0)),
         notes=f"Stagewire virtual {unit.name}",
         nchs=channels,
     )

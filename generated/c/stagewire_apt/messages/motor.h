@@ -20,6 +20,8 @@
  * Deprecated message without a function, which the vendor's software sends when it starts.
  *
  * HW_YES_FLASH_PROGRAMMING (0x0017), to the controller, header only; Issue 37, page 62.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_yes_flash_programming {
     /** Unused parameter byte; from 0 to 255. */
@@ -110,6 +112,8 @@ static inline apt_status apt_hw_yes_flash_programming_decode(
  * Tells the controller the addresses of host and controller; a client must send it when it starts.
  *
  * HW_NO_FLASH_PROGRAMMING (0x0018), to the controller, header only; Issue 37, page 62.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_no_flash_programming {
     /** Unused parameter byte; from 0 to 255. */
@@ -7324,6 +7328,8 @@ static inline apt_status apt_mot_move_jog_decode(
  * MOT_MOVE_STOPPED, MOT_MOVE_COMPLETED, MOT_MOVE_HOMED, HW_RESPONSE, HW_RICHRESPONSE.
  *
  * Also described in Issue 37, page 132.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_suspend_endofmovemsgs {
     /** Unused parameter byte; from 0 to 255. */
@@ -7420,6 +7426,8 @@ static inline apt_status apt_mot_suspend_endofmovemsgs_decode(
  *
  * Erratum apt-resume-disables: printed The command also disables the error messages; encoded
  * resumes the error messages.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  *
  * Erratum apt37-resume-disables: printed disables them; encoded enables them.
  */
@@ -8625,6 +8633,8 @@ static inline apt_status apt_mot_get_dcpidparams_decode(
  *
  * Erratum apt-potparams-velocities-multiplied: printed 6860 for 0.2 mm/s, 10290 for 0.3 mm/s;
  * encoded 6861 and 10291.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_set_potparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -8769,6 +8779,8 @@ static inline apt_status apt_mot_set_potparams_decode(
  *
  * Erratum apt-req-potparams-table-id: printed 17 04; encoded B1 04.
  *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ *
  * Erratum apt37-requests-of-other-sets: printed 11 04; encoded B4 04.
  */
 typedef struct apt_mot_req_potparams {
@@ -8867,6 +8879,8 @@ static inline apt_status apt_mot_req_potparams_decode(
  *
  * Erratum apt-get-potparams-size: printed 28 bytes, 22 byte data packet; encoded 32 bytes, 26 byte
  * data packet.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  *
  * Erratum apt37-potparams-get-table: printed 28; encoded 32.
  */
@@ -13231,6 +13245,8 @@ static inline apt_status apt_mot_get_pmdstageaxisparams_decode(
  * Erratum apt37-bow-value: printed 262144 for the bow index 18; encoded 131072.
  *
  * Erratum apt37-list-bowindex-ids: printed 0x0450; encoded 0x04F4.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_set_bowindex {
     /** See enum apt_channel; from 0 to 65535. */
@@ -13332,6 +13348,8 @@ static inline apt_status apt_mot_set_bowindex_decode(
  * MOT_GET_BOWINDEX.
  *
  * Erratum apt37-list-bowindex-ids: printed 0x0450; encoded 0x04F4.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_bowindex {
     /** See enum apt_channel; from 0 to 255. */
@@ -13424,6 +13442,8 @@ static inline apt_status apt_mot_req_bowindex_decode(
  * MOT_GET_BOWINDEX (0x04F6), to the host, 4 bytes of data; Issue 37, pages 90, 92.
  *
  * Erratum apt37-list-bowindex-ids: printed 0x0450; encoded 0x04F4.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_get_bowindex {
     /** See enum apt_channel; from 0 to 65535. */

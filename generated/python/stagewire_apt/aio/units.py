@@ -1517,6 +1517,8 @@ class BSC201(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1537,6 +1539,7 @@ class BSC201(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1564,6 +1567,8 @@ class BSC202Bay(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1584,6 +1589,7 @@ class BSC202Bay(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1626,6 +1632,8 @@ class BSC203Bay(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1646,6 +1654,7 @@ class BSC203Bay(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1781,6 +1790,7 @@ class KDC101(
     generic.CanStopUpdates,
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
@@ -1903,11 +1913,13 @@ class KST101(
 
 class KST201(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
     generic.CanIdentify,
+    generic.WithKcubeMmiLock,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1923,9 +1935,11 @@ class KST201(
     motor.CanMoveVelocity,
     motor.CanStop,
     motor.CanJog,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTstActuatorType,
     motor.WithKcubeMmiParams,
     motor.WithKcubeTrigIoConfig,
@@ -1935,7 +1949,9 @@ class KST201(
 
     KST201, Issue 37, page 14. Its messages: the printed list, Issue 37, page 14.
 
-    Only its list on page 14 names it, so neither its prefix nor its scales are in the document.
+    Only its list on page 14 names it, so neither its prefix nor its scales are in the document. Its
+    list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts its
+    status messages and never acknowledges them.
     """
 
     facts = FACTS
@@ -1990,6 +2006,7 @@ class KVS30(
 
 class LTS150(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
@@ -2011,7 +2028,7 @@ class LTS150(
     motor.CanStop,
     motor.CanJog,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
+    motor.WithPotParams,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
     motor.WithBowIndex,
@@ -2019,6 +2036,9 @@ class LTS150(
     """Long travel stage with a built-in stepper driver for asyncio.
 
     LTS150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
+
+    Its list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts
+    its status messages and never acknowledges them.
     """
 
     facts = FACTS
@@ -2027,6 +2047,7 @@ class LTS150(
 
 class LTS300(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
@@ -2048,7 +2069,7 @@ class LTS300(
     motor.CanStop,
     motor.CanJog,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
+    motor.WithPotParams,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
     motor.WithBowIndex,
@@ -2056,6 +2077,9 @@ class LTS300(
     """Long travel stage with a built-in stepper driver for asyncio.
 
     LTS300, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
+
+    Its list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts
+    its status messages and never acknowledges them.
     """
 
     facts = FACTS

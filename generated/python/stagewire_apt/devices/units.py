@@ -1519,6 +1519,8 @@ class BSC201(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1539,6 +1541,7 @@ class BSC201(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1566,6 +1569,8 @@ class BSC202Bay(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1586,6 +1591,7 @@ class BSC202Bay(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1628,6 +1634,8 @@ class BSC203Bay(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1648,6 +1656,7 @@ class BSC203Bay(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1783,6 +1792,7 @@ class KDC101(
     generic.CanStopUpdates,
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
@@ -1905,11 +1915,13 @@ class KST101(
 
 class KST201(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
     generic.CanIdentify,
+    generic.WithKcubeMmiLock,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1925,9 +1937,11 @@ class KST201(
     motor.CanMoveVelocity,
     motor.CanStop,
     motor.CanJog,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTstActuatorType,
     motor.WithKcubeMmiParams,
     motor.WithKcubeTrigIoConfig,
@@ -1937,7 +1951,9 @@ class KST201(
 
     KST201, Issue 37, page 14. Its messages: the printed list, Issue 37, page 14.
 
-    Only its list on page 14 names it, so neither its prefix nor its scales are in the document.
+    Only its list on page 14 names it, so neither its prefix nor its scales are in the document. Its
+    list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts its
+    status messages and never acknowledges them.
     """
 
     facts = FACTS
@@ -1992,6 +2008,7 @@ class KVS30(
 
 class LTS150(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
@@ -2013,7 +2030,7 @@ class LTS150(
     motor.CanStop,
     motor.CanJog,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
+    motor.WithPotParams,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
     motor.WithBowIndex,
@@ -2021,6 +2038,9 @@ class LTS150(
     """Long travel stage with a built-in stepper driver.
 
     LTS150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
+
+    Its list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts
+    its status messages and never acknowledges them.
     """
 
     facts = FACTS
@@ -2029,6 +2049,7 @@ class LTS150(
 
 class LTS300(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
@@ -2050,7 +2071,7 @@ class LTS300(
     motor.CanStop,
     motor.CanJog,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
+    motor.WithPotParams,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
     motor.WithBowIndex,
@@ -2058,6 +2079,9 @@ class LTS300(
     """Long travel stage with a built-in stepper driver.
 
     LTS300, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
+
+    Its list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts
+    its status messages and never acknowledges them.
     """
 
     facts = FACTS

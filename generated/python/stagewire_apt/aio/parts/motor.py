@@ -21,10 +21,12 @@ __all__ = [
     "CanMoveRelative",
     "CanMoveSynchStart",
     "CanMoveVelocity",
+    "CanNoFlashProgramming",
     "CanResumeEndOfMoveMsgs",
     "CanSetMoveSynchArray",
     "CanStop",
     "CanSuspendEndOfMoveMsgs",
+    "CanYesFlashProgramming",
     "WithAdcInputs",
     "WithAnalogMonitorConfig",
     "WithAuxIoConfig",
@@ -68,6 +70,47 @@ __all__ = [
     "WithTstActuatorType",
     "WithVelParams",
 ]
+
+
+class CanYesFlashProgramming(Part):
+    """Yes flash programming.
+
+    ``HW_YES_FLASH_PROGRAMMING``; Issue 37, page 62.
+    """
+
+    async def yes_flash_programming(self, *, timeout: float | None = None) -> None:
+        """Yes flash programming.
+
+        Deprecated message without a function, which the vendor's software sends when it starts.
+
+        ``HW_YES_FLASH_PROGRAMMING``, Issue 37, page 62. Erratum ``apt37-list-vendor-software``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._tell(t.YES_FLASH_PROGRAMMING, timeout)
+
+
+class CanNoFlashProgramming(Part):
+    """Announce that the host connects.
+
+    ``HW_NO_FLASH_PROGRAMMING``; Issue 37, page 62.
+    """
+
+    async def no_flash_programming(self, *, timeout: float | None = None) -> None:
+        """Announce that the host connects.
+
+        Tells the controller the addresses of host and controller; a client must send it when it
+        starts.
+
+        ``HW_NO_FLASH_PROGRAMMING``, Issue 37, page 62. Erratum ``apt37-list-vendor-software``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._tell(t.NO_FLASH_PROGRAMMING, timeout)
 
 
 class WithMotTrigIoConfig(Part):
@@ -2284,7 +2327,7 @@ class CanSuspendEndOfMoveMsgs(Part):
         Switches off the unsolicited end-of-move and error messages, for clients that cannot accept
         them at any time.
 
-        ``MOT_SUSPEND_ENDOFMOVEMSGS``, Issue 3, page 82.
+        ``MOT_SUSPEND_ENDOFMOVEMSGS``, Issue 3, page 82. Erratum ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -2305,7 +2348,7 @@ class CanResumeEndOfMoveMsgs(Part):
         Switches the unsolicited end-of-move and error messages back on; they are on after power-up.
 
         ``MOT_RESUME_ENDOFMOVEMSGS``, Issue 3, page 83. Errata ``apt-resume-disables``,
-        ``apt37-resume-disables``.
+        ``apt37-list-vendor-software``, ``apt37-resume-disables``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -2513,8 +2556,8 @@ class WithPotParams(Part):
         speeds are allowed.
 
         ``MOT_REQ_POTPARAMS``, ``MOT_GET_POTPARAMS``, Issue 3, pages 55, 57. Errata
-        ``apt-get-potparams-size``, ``apt-req-potparams-table-id``, ``apt37-potparams-get-table``,
-        ``apt37-requests-of-other-sets``.
+        ``apt-get-potparams-size``, ``apt-req-potparams-table-id``, ``apt37-list-vendor-software``,
+        ``apt37-potparams-get-table``, ``apt37-requests-of-other-sets``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -2547,7 +2590,8 @@ class WithPotParams(Part):
         speeds are allowed. All values are written in one frame.
 
         ``MOT_SET_POTPARAMS``, Issue 3, page 55. Errata ``apt-potparams-deflection-rows``,
-        ``apt-potparams-example-bytes``, ``apt-potparams-velocities-multiplied``.
+        ``apt-potparams-example-bytes``, ``apt-potparams-velocities-multiplied``,
+        ``apt37-list-vendor-software``.
 
         :param zero_wnd: deflection in ADC counts before motion starts; from 0 to 127.
         :param vel1: speed from zero_wnd to wnd1; in counts; scale to mm/s depends on the stage;
@@ -2617,8 +2661,8 @@ class WithPotParams(Part):
         ``MOT_REQ_POTPARAMS``, ``MOT_GET_POTPARAMS``, ``MOT_SET_POTPARAMS``, Issue 3, pages 55, 57.
         Errata ``apt-get-potparams-size``, ``apt-potparams-deflection-rows``,
         ``apt-potparams-example-bytes``, ``apt-potparams-velocities-multiplied``,
-        ``apt-req-potparams-table-id``, ``apt37-potparams-get-table``,
-        ``apt37-requests-of-other-sets``.
+        ``apt-req-potparams-table-id``, ``apt37-list-vendor-software``,
+        ``apt37-potparams-get-table``, ``apt37-requests-of-other-sets``.
 
         :param zero_wnd: deflection in ADC counts before motion starts; from 0 to 127.
         :param vel1: speed from zero_wnd to wnd1; in counts; scale to mm/s depends on the stage;
@@ -4048,8 +4092,8 @@ class WithBowIndex(Part):
 
         Shape of the velocity profile: trapezoidal or S-curve.
 
-        ``MOT_REQ_BOWINDEX``, ``MOT_GET_BOWINDEX``, Issue 37, pages 90, 92. Erratum
-        ``apt37-list-bowindex-ids``.
+        ``MOT_REQ_BOWINDEX``, ``MOT_GET_BOWINDEX``, Issue 37, pages 90, 92. Errata
+        ``apt37-list-bowindex-ids``, ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -4067,7 +4111,7 @@ class WithBowIndex(Part):
         overshoot.
 
         ``MOT_SET_BOWINDEX``, Issue 37, pages 90, 91. Errata ``apt37-bow-value``,
-        ``apt37-list-bowindex-ids``.
+        ``apt37-list-bowindex-ids``, ``apt37-list-vendor-software``.
 
         :param bow_index: 0 is a trapezoidal profile, 1 to 18 an S-curve. The change of acceleration
             is limited to 2 to the power of (index - 1), in mm/s³ (page 90). From 0 to 18.
@@ -4096,7 +4140,7 @@ class WithBowIndex(Part):
         overshoot.
 
         ``MOT_REQ_BOWINDEX``, ``MOT_GET_BOWINDEX``, ``MOT_SET_BOWINDEX``, Issue 37, pages 90, 91,
-        92. Errata ``apt37-bow-value``, ``apt37-list-bowindex-ids``.
+        92. Errata ``apt37-bow-value``, ``apt37-list-bowindex-ids``, ``apt37-list-vendor-software``.
 
         :param bow_index: 0 is a trapezoidal profile, 1 to 18 an S-curve. The change of acceleration
             is limited to 2 to the power of (index - 1), in mm/s³ (page 90). From 0 to 18.
