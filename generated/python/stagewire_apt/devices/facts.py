@@ -14,6 +14,7 @@ from stagewire.support import (
     Rule,
     Scale,
     Setting,
+    StageReport,
     Told,
     Unit,
     UnknownScale,
@@ -2882,6 +2883,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 3, page 75",
+        ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -2957,6 +2963,11 @@ UNITS: dict[str, Unit] = {
             "DDR100",
             "DDR05",
             "DDR25",
+        ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 3, page 75",
         ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
@@ -3034,6 +3045,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 3, page 75",
+        ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -3101,6 +3117,11 @@ UNITS: dict[str, Unit] = {
             "DDR100",
             "DDR05",
             "DDR25",
+        ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 3, page 75",
         ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
@@ -3175,6 +3196,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
+        ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -3248,6 +3274,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
+        ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -3315,6 +3346,11 @@ UNITS: dict[str, Unit] = {
             "DDR100",
             "DDR05",
             "DDR25",
+        ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
         ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
@@ -3390,6 +3426,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
+        ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -3463,6 +3504,11 @@ UNITS: dict[str, Unit] = {
             "DDR100",
             "DDR05",
             "DDR25",
+        ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
         ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
@@ -4731,6 +4777,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
+        ),
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
         moving={
@@ -4817,6 +4868,7 @@ UNITS: dict[str, Unit] = {
             "Z925B",
             "Z925V",
             "Z925BV",
+            "MTS100_Z8",
             "MT1_Z8",
             "Z6xx",
             "Z606",
@@ -4839,6 +4891,11 @@ UNITS: dict[str, Unit] = {
             "PY004Z8_Yaw",
             "PY004Z9_Pitch",
             "PY004Z9_Yaw",
+        ),
+        reports_stage=StageReport(
+            t.INFO,
+            "HW_GET_INFO.stage_id",
+            source="thorlabs_xa 1.9.1.28993, which reads the stage of a virtual KDC101 there",
         ),
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
@@ -5743,6 +5800,11 @@ UNITS: dict[str, Unit] = {
             "DDR05",
             "DDR25",
         ),
+        reports_stage=StageReport(
+            t.PMD_STAGE_AXIS_PARAMS,
+            "MOT_GET_PMDSTAGEAXISPARAMS.stage_id",
+            source="Issue 37, page 121",
+        ),
         pause_ms=50,
         pause_source="as for the other T-Cubes, for which public drivers wait 3 to 200 ms",
         also_at=(0x11, 0x21),
@@ -5806,6 +5868,7 @@ UNITS: dict[str, Unit] = {
             "Z825",
             "MTS25_Z8",
             "MTS50_Z8",
+            "MTS100_Z8",
             "Z8xx",
             "Z806V",
             "Z812B",
