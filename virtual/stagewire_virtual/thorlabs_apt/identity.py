@@ -6,6 +6,8 @@ import random
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
+from stagewire import Stage
+from stagewire.quantities import find_stages
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import HardwareType
 from stagewire_virtual.errors import BadOptionError
@@ -55,6 +57,8 @@ _WORD: Final = 0xFFFF
 _MODEL: Final = 8
 """The number of characters of the model (page 22)."""
 
+_STAGE_ID_FIELD: Final = "HW_GET_INFO.stage_id"
+_ACTUATOR_FIELD: Final = "HW_GET_INFO.mod_state"
 _STAGE_ID: Final = 6 + 76
 """The offset of the stage id in the frame.
 
@@ -64,12 +68,28 @@ and does not open a controller in which they are 0. In Issue 3 the notes include
 """
 
 
-def stand_alone(unit: Unit, options: Options) -> m.HwGetInfo:
-    """Return the information of a unit with one address.
+def stand_alone(unit: Unit, options: Options, stage: Stage | None) -> m.HwGetInfo:
+    """Return the information of a unit with one address, and with a stage that it may report.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that does not fit into the message.
     """
-    return _with_options(_information(unit, _type(unit), unit.facts["channels"]), unit, options)
+    information = _information(unit, _type(unit), unit.facts["channels"])
+    number = reported_id(unit, stage, _STAGE_ID_FIELD)
+    actuator = reported_id(unit, stage, _ACTUATOR_FIELD)
+    if actuator:
+        information = information.replace(mod_state=actuator)
+    return _with_options(information, unit, options, number)
+
+
+def reported_id(unit: Unit, stage: Stage | None, field: str) -> int:
+    """Return the number of a stage in a field in which a unit reports it; 0 if the registry has none.
+
+    The variants with the suffixes B and V have other mountings and the number of the stage without a suffix.
+    """
+    if stage is None or unit.family.get("reports_stage", {}).get("field") != field:
+        return 0
+    alike = find_stages(unit.protocol.package, stage.name.rstrip("BV"))
+    return next((each.ids[field] for each in (stage, *alike) if field in each.ids), 0)
 
 
 def motherboard(unit: Unit, options: Options, bays: int) -> m.HwGetInfo:
@@ -110,8 +130,10 @@ def _information(unit: Unit, type: int, channels: int) -> m.HwGetInfo:
     return m.HwGetInfo(**values)
 
 
-def _with_options(information: m.HwGetInfo, unit: Unit, options: Options) -> m.HwGetInfo:
-    """Return the information with the values of the options."""
+def _with_options(
+    information: m.HwGetInfo, unit: Unit, options: Options, number: int = 0
+) -> m.HwGetInfo:
+    """Return the information with the values of the options; ``number`` is the default of the stage id."""
     model = information.model_number if options.model is None else options.model
     if not (0 < len(model) <= _MODEL and model.isascii() and model.isprintable()):
         raise BadOptionError(
@@ -119,7 +141,7 @@ def _with_options(information: m.HwGetInfo, unit: Unit, options: Options) -> m.H
             f"not {model!r}"
         )
     type = information.type if options.hardware_type is None else options.hardware_type
-    stage_id = options.stage_id or 0
+    stage_id = number if options.stage_id is None else options.stage_id
     for name, value in (("hardware type", type), ("stage id", stage_id)):
         if not 0 <= value <= _WORD:
             raise BadOptionError(f"{name} must be from 0 to {_WORD}, not {value}")

@@ -131,7 +131,8 @@ class AptInstrument(Instrument):
         found = self.unit.facts.get("also_at", self.unit.family.get("also_at", {}))
         also_at = found.get("addresses", ())
         io = self._user_io[None] = UserIo()
-        information = identity.stand_alone(self.unit, self._options)
+        settings = _with_built_in(self._options.settings(0), self.unit)
+        information = identity.stand_alone(self.unit, self._options, settings.stage)
         panels: list[Panel] = [io, Bays([0]), self._panel_lock]
         controller = self._build(self.unit, "", information, panels, self.unit.facts["channels"])
         for address in (addresses["generic_usb"]["value"], *also_at):

@@ -3475,6 +3475,8 @@ static inline apt_status apt_mot_get_jogparams_decode(
  * Erratum apt-unsigned-long: printed format long, described as unsigned long; encoded four bytes,
  * unsigned.
  *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ *
  * Erratum apt37-signs-of-longs: printed long; encoded dword.
  */
 typedef struct apt_mot_set_limswitchparams {
@@ -3602,6 +3604,8 @@ static inline apt_status apt_mot_set_limswitchparams_decode(
  *
  * Erratum apt-limswitch-bbd10x: printed not applicable to BBD10x units; encoded no BBD unit has the
  * messages.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_limswitchparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -3700,6 +3704,8 @@ static inline apt_status apt_mot_req_limswitchparams_decode(
  *
  * Erratum apt-limswitch-bbd10x: printed not applicable to BBD10x units; encoded no BBD unit has the
  * messages.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_get_limswitchparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3825,6 +3831,8 @@ static inline apt_status apt_mot_get_limswitchparams_decode(
  * Setting them changes the current of a motor that is at rest, so a load may slip. The BSC20x,
  * MST602 and TST101 use only the power at rest; they compute the power of a move from its velocity.
  *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ *
  * Erratum apt37-powerparams-example-unit: printed channel 2 (address 22) of a TST001; encoded the
  * bytes as printed.
  */
@@ -3933,6 +3941,8 @@ static inline apt_status apt_mot_set_powerparams_decode(
  *
  * MOT_REQ_POWERPARAMS (0x0427), to the controller, header only; Issue 37, pages 71, 72. Answered by
  * MOT_GET_POWERPARAMS.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_powerparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -4024,6 +4034,8 @@ static inline apt_status apt_mot_req_powerparams_decode(
  * share of full power. Less power at rest keeps the motor cooler.
  *
  * MOT_GET_POWERPARAMS (0x0428), to the host, 6 bytes of data; Issue 37, pages 71, 72.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_get_powerparams {
     /** See enum apt_channel; from 0 to 65535. */

@@ -3716,6 +3716,7 @@ class MotSetLimSwitchParams(FramedMessage):
     Erratum ``apt-limswitch-upper-bit``: printed the upper bit of a word, 0x80; encoded 0x80.
     Erratum ``apt-unsigned-long``: printed format long, described as unsigned long; encoded four
         bytes, unsigned.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     Erratum ``apt37-signs-of-longs``: printed long; encoded dword.
     """
 
@@ -3853,6 +3854,7 @@ class MotReqLimSwitchParams(FramedMessage):
 
     Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
         has the messages.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -3937,6 +3939,7 @@ class MotGetLimSwitchParams(FramedMessage):
         bytes.
     Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
         has the messages.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = (
@@ -4078,6 +4081,7 @@ class MotSetPowerParams(FramedMessage):
     :param move_factor: Power during moves, typically 100 %. The BSC20x, MST602 and TST101 ignore
         it. In counts of 1 percent; from 1 to 100.
 
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     Erratum ``apt37-powerparams-example-unit``: printed channel 2 (address 22) of a TST001; encoded
         the bytes as printed.
     """
@@ -4155,6 +4159,8 @@ class MotReqPowerParams(FramedMessage):
     Answered by ``MOT_GET_POWERPARAMS``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4225,6 +4231,8 @@ class MotGetPowerParams(FramedMessage):
     :param rest_factor: power at rest; in counts of 1 percent; from 1 to 100.
     :param move_factor: Power during moves, typically 100 %. The BSC20x, MST602 and TST101 ignore
         it. In counts of 1 percent; from 1 to 100.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "move_factor", "rest_factor")

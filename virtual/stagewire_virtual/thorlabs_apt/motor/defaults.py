@@ -21,6 +21,7 @@ from stagewire_apt.enumerations import (
 from stagewire_apt.flags import LedMode
 from stagewire_virtual.errors import BadOptionError
 from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.identity import reported_id
 from stagewire_virtual.thorlabs_apt.motor.moves import Scales
 
 _NOMINAL = 100_000
@@ -241,7 +242,7 @@ def _names_of_stage(channel: Channel) -> Mapping[str, Any]:
         }
     kind = "rotary" if stage.rotary else stage.name.rpartition("_")[2].lower()
     return {
-        "stage_id": 0x12,
+        "stage_id": reported_id(channel.unit, stage, "MOT_GET_PMDSTAGEAXISPARAMS.stage_id"),
         "axis_id": _AXES.get(kind, _AXES["single"]),
         "part_no_axis": stage.name.replace("_", " ")[:_PART_NUMBER],
     }

@@ -1209,7 +1209,7 @@ class WithLimSwitchParams(Part):
         Hardware and software limits of a channel. Not for BBD10x units.
 
         ``MOT_REQ_LIMSWITCHPARAMS``, ``MOT_GET_LIMSWITCHPARAMS``, Issue 3, pages 39, 40. Errata
-        ``apt-get-limswitchparams-size``, ``apt-limswitch-bbd10x``.
+        ``apt-get-limswitchparams-size``, ``apt-limswitch-bbd10x``, ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1237,7 +1237,7 @@ class WithLimSwitchParams(Part):
 
         ``MOT_SET_LIMSWITCHPARAMS``, Issue 3, page 39. Errata ``apt-limswitch-bbd10x``,
         ``apt-limswitch-soft-limit-factor``, ``apt-limswitch-upper-bit``, ``apt-unsigned-long``,
-        ``apt37-signs-of-longs``.
+        ``apt37-list-vendor-software``, ``apt37-signs-of-longs``.
 
         :param cw_hard_limit: clockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`:
             IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4), BREAKS_HOME_ONLY (5), INDEX_MARK
@@ -1298,7 +1298,7 @@ class WithLimSwitchParams(Part):
         ``MOT_REQ_LIMSWITCHPARAMS``, ``MOT_GET_LIMSWITCHPARAMS``, ``MOT_SET_LIMSWITCHPARAMS``, Issue
         3, pages 39, 40. Errata ``apt-get-limswitchparams-size``, ``apt-limswitch-bbd10x``,
         ``apt-limswitch-soft-limit-factor``, ``apt-limswitch-upper-bit``, ``apt-unsigned-long``,
-        ``apt37-signs-of-longs``.
+        ``apt37-list-vendor-software``, ``apt37-signs-of-longs``.
 
         :param cw_hard_limit: clockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`:
             IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4), BREAKS_HOME_ONLY (5), INDEX_MARK
@@ -1355,7 +1355,8 @@ class WithPowerParams(Part):
         Power of the motor phases at rest and during moves, as a share of full power. Less power at
         rest keeps the motor cooler.
 
-        ``MOT_REQ_POWERPARAMS``, ``MOT_GET_POWERPARAMS``, Issue 37, pages 71, 72.
+        ``MOT_REQ_POWERPARAMS``, ``MOT_GET_POWERPARAMS``, Issue 37, pages 71, 72. Erratum
+        ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1382,7 +1383,8 @@ class WithPowerParams(Part):
         MST602 and TST101 use only the power at rest; they compute the power of a move from its
         velocity.
 
-        ``MOT_SET_POWERPARAMS``, Issue 37, page 71. Erratum ``apt37-powerparams-example-unit``.
+        ``MOT_SET_POWERPARAMS``, Issue 37, page 71. Errata ``apt37-list-vendor-software``,
+        ``apt37-powerparams-example-unit``.
 
         :param rest_factor: power at rest; in counts of 1 percent; from 1 to 100.
         :param rest_factor_percent: ``rest_factor`` in percent; from 1 to 100.
@@ -1426,7 +1428,7 @@ class WithPowerParams(Part):
         velocity.
 
         ``MOT_REQ_POWERPARAMS``, ``MOT_GET_POWERPARAMS``, ``MOT_SET_POWERPARAMS``, Issue 37, pages
-        71, 72. Erratum ``apt37-powerparams-example-unit``.
+        71, 72. Errata ``apt37-list-vendor-software``, ``apt37-powerparams-example-unit``.
 
         :param rest_factor: power at rest; in counts of 1 percent; from 1 to 100.
         :param rest_factor_percent: ``rest_factor`` in percent; from 1 to 100.
