@@ -14,7 +14,15 @@ from stagewire._devices.limits import CEILINGS, POSITION, Travel, parse_travel
 from stagewire._devices.scales import ByStage, settings_of
 from stagewire._devices.unit import Facts, Unit
 from stagewire.errors import BadValueError, UnknownScaleError
-from stagewire.quantities import Number, Scale, ScaleConflict, Stage, exact, find_stages
+from stagewire.quantities import (
+    Number,
+    Scale,
+    ScaleConflict,
+    Stage,
+    exact,
+    find_stages,
+    stages_of,
+)
 
 __all__ = ["SETTINGS", "Choices", "OpenOptions", "check_guest", "choose"]
 
@@ -31,8 +39,8 @@ class OpenOptions(TypedDict, total=False):
 
     stage: Stage | str | None
     """Stage on every channel: a :class:`Stage`, or its name in the registry or in the catalogue of the vendor
-    (``MTS25/M-Z8``). The default is the stage that is built into the unit. It determines the scales; without
-    it only raw counts can be used."""
+    (``MTS25/M-Z8``). The default is the stage that is built into the unit or that the controller reports. It
+    determines the scales; without it only raw counts can be used."""
     scale_source: str | None
     """Source whose figures are used where the sources for the scales of a stage contradict each other, such
     as ``document`` or ``vendor``. Without it such scales are unknown."""
@@ -101,6 +109,7 @@ class Choices:
     """The options after validation."""
 
     stages: Mapping[Any, Stage] = field(default_factory=dict)
+    chose_stage: bool = False
     scale_source: str | None = None
     travels: Mapping[Any, Travel] = field(default_factory=dict)
     ceilings: Mapping[str, Mapping[Any, Fraction]] = field(default_factory=dict)
@@ -162,7 +171,10 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
     on_close = _one_of("on_close", given.get("on_close", "stop"), ("stop", "leave"))
     return Choices(
         stages=stages,
-        scale_source=_scale_source(stages.values(), given.get("scale_source")),
+        chose_stage=given.get("stage") is not None or bool(given.get("stages")),
+        scale_source=_scale_source(
+            stages.values() or _reportable(facts, unit), given.get("scale_source")
+        ),
         travels={name: parse_travel(length) for name, length in travels.items()},
         ceilings={
             limit: _ceiling(option, given.get(option), unit_of_limit, names)
@@ -292,6 +304,15 @@ def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:
             "use Stage.of_user(...) to give its scales yourself"
         )
     return stage
+
+
+def _reportable(facts: Facts, unit: Unit) -> list[Stage]:
+    """Return the stages that a unit can report."""
+    return [
+        stage
+        for stage in stages_of(facts.package)
+        if unit.reports_stage is not None and unit.reports_stage.field in stage.ids
+    ]
 
 
 def _scale_source(stages: Iterable[Stage], wanted: object) -> str | None:
