@@ -3434,6 +3434,7 @@ FW103 = Stage(
     },
     catalogue=("FW103", "FW103/M"),
     rotary=True,
+    ids={"HW_GET_INFO.mod_state": 0x75},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -5248,6 +5249,7 @@ MVSN1 = Stage(
         ),
     },
     catalogue=("MVSN1",),
+    ids={"HW_GET_INFO.mod_state": 0x43},
 )
 
 # Issue 37, page 41; evidence: vendor program
@@ -5307,6 +5309,7 @@ MVW1 = Stage(
         ),
     },
     catalogue=("MVW1",),
+    ids={"HW_GET_INFO.mod_state": 0x44},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -7711,7 +7714,7 @@ ZFS06 = Stage(
         ),
     },
     catalogue=("ZFS06", "ZFS6", "ZFS6(B)", "ZFS206"),
-    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x40},
+    ids={"HW_GET_INFO.mod_state": 0x40, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x40},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -7741,7 +7744,7 @@ ZFS13 = Stage(
         ),
     },
     catalogue=("ZFS13", "ZFS13(B)", "ZFS213"),
-    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x41},
+    ids={"HW_GET_INFO.mod_state": 0x41, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x41},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -7801,7 +7804,7 @@ ZFS25B = Stage(
         ),
     },
     catalogue=("ZFS25B", "ZFS25(B)", "ZFS25", "ZFS225"),
-    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x42},
+    ids={"HW_GET_INFO.mod_state": 0x42, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x42},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -8023,7 +8026,7 @@ ZST206 = Stage(
         ),
     },
     catalogue=("ZST206", "ZST206(B)"),
-    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x30},
+    ids={"HW_GET_INFO.mod_state": 0x30, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x30},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -8053,7 +8056,7 @@ ZST213 = Stage(
         ),
     },
     catalogue=("ZST213", "ZST213(B)"),
-    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x31},
+    ids={"HW_GET_INFO.mod_state": 0x31, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x31},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -8113,7 +8116,7 @@ ZST225B = Stage(
         ),
     },
     catalogue=("ZST225B", "ZST225(B)", "ZST225"),
-    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x32},
+    ids={"HW_GET_INFO.mod_state": 0x32, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x32},
 )
 
 # Issue 37, page 40; evidence: vendor program

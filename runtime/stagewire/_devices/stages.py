@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from stagewire._devices.limits import POSITION
 from stagewire._devices.options import Choices
+from stagewire._devices.travel import POSITION
 from stagewire._devices.unit import Unit
 from stagewire.errors import UnknownScaleError
 from stagewire.quantities import Limit, Scale, Stage, UnknownScale, stages_of
