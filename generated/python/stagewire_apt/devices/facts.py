@@ -4357,7 +4357,8 @@ UNITS: dict[str, Unit] = {
         keep_alive=m.MotAckDcStatusUpdate,
         update_rate_hz=10,
         usb_prefix=70,
-        prefixes=(70,),
+        card_usb_prefix=90,
+        prefixes=(70, 90),
         stages=(
             "APT_STEPPER",
             "ZST",
@@ -4630,7 +4631,8 @@ UNITS: dict[str, Unit] = {
         status="stepper",
         update_rate_hz=10,
         usb_prefix=70,
-        prefixes=(70,),
+        card_usb_prefix=90,
+        prefixes=(70, 90),
         reported_as=("SCC201",),
         stages=(
             "APT_STEPPER",
