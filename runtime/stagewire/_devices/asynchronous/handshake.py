@@ -99,7 +99,7 @@ async def _ask_settings(connection: Connection[Transport], own: Endpoint) -> Non
             try:
                 await query(endpoint, table, None, {})
             except ReplyTimeoutError as error:
-                _log.warning("%s: a scale is unknown: %s", connection.url, error)
+                _log.warning("%s: a setting is unknown: %s", connection.url, error)
 
 
 async def leave(connection: Connection[Transport]) -> None:

@@ -99,7 +99,7 @@ def _ask_settings(connection: Connection[Transport], own: Endpoint) -> None:
             try:
                 query(endpoint, table, None, {})
             except ReplyTimeoutError as error:
-                _log.warning("%s: a scale is unknown: %s", connection.url, error)
+                _log.warning("%s: a setting is unknown: %s", connection.url, error)
 
 
 def leave(connection: Connection[Transport]) -> None:
