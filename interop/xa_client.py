@@ -1,6 +1,9 @@
 """Drive one controller with the vendor's XA SDK, and write what happened to a file as JSON.
 
     python interop/xa_client.py 27000001 127.0.0.1:4001 found.json
+    python interop/xa_client.py 40000001 127.0.0.1:4001 found.json NRT100
+
+The last argument is the connected product, for a controller that does not report it.
 
 A process of its own for each controller, because the native library keeps the hardware information of the
 first one. It writes a log below the home directory: set ``HOME`` to a temporary directory. Errors of the
@@ -27,7 +30,7 @@ from thorlabs_xa.shared.system_manager import SystemManager
 
 LONGEST = 5000
 """The longest wait for an answer, in ms."""
-LONGEST_MOVE = 120_000
+LONGEST_MOVE = 60_000
 """The longest wait for the end of a motion, in ms."""
 
 
@@ -82,7 +85,7 @@ def getters(device: Any) -> list[str]:
     return found
 
 
-def main(serial_number: str, transport: str, file: Path) -> None:
+def main(serial_number: str, transport: str, file: Path, product: str = "") -> None:
     """Open a controller, read all its parameters, home, move and stop it."""
     session = Session(file)
     system = SystemManager.instance()
@@ -98,6 +101,8 @@ def main(serial_number: str, transport: str, file: Path) -> None:
     )
     if device is None:
         return
+    if product:
+        session.call("set_connected_product", lambda: device.set_connected_product(product))
     for name in getters(device):
         session.call(name, lambda name=name: getattr(device, name)(LONGEST))
     if hasattr(device, "get_connected_product_info"):
@@ -113,7 +118,10 @@ def drive(session: Session, device: Any) -> None:
 
     def position(after: str) -> int:
         device.request_status(LONGEST)
-        counts = device.get_universal_status(LONGEST).position
+        if hasattr(device, "get_universal_status"):
+            counts = device.get_universal_status(LONGEST).position
+        else:
+            counts = device.get_stepper_status(LONGEST).position
         unit = session.call(f"{after}: counts", lambda: counts)
         session.call(
             f"{after}: physical",
@@ -154,4 +162,4 @@ def drive(session: Session, device: Any) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], Path(sys.argv[3]))
+    main(sys.argv[1], sys.argv[2], Path(sys.argv[3]), *sys.argv[4:])

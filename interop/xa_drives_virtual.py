@@ -51,7 +51,7 @@ class Case:
 
 
 CASES = (
-    Case("KDC101", 27000001, "Kdc101", "Z825B", {"stage_id": 3, "hardware_type": 16}),
+    Case("KDC101", 27000001, "Kdc101", "Z825B"),
     Case("KST201", 26000001, "Kst201", "ZST213"),
     Case("LTS300", 45000001, "LinearTranslationStage"),
     Case("LTS150", 45000001, "LinearTranslationStage"),

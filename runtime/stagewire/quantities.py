@@ -240,6 +240,7 @@ class Stage:
     :param limits: ``travel``, ``max_velocity`` and ``max_acceleration`` -> limit; missing limits are unknown.
     :param catalogue: names in the catalogue of the vendor, such as ``MTS25/M-Z8``.
     :param rotary: whether it rotates; its scales and limits are then in degrees.
+    :param ids: message and field, such as ``HW_GET_INFO.stage_id`` -> number of the stage there.
     """
 
     name: str
@@ -251,6 +252,7 @@ class Stage:
     limits: Mapping[str, Limit | UnknownLimit | EndlessTravel] = field(default_factory=dict)
     catalogue: tuple[str, ...] = ()
     rotary: bool = False
+    ids: Mapping[str, int] = field(default_factory=dict)
 
     @classmethod
     def of_user(

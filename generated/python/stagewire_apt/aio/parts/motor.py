@@ -21,10 +21,12 @@ __all__ = [
     "CanMoveRelative",
     "CanMoveSynchStart",
     "CanMoveVelocity",
+    "CanNoFlashProgramming",
     "CanResumeEndOfMoveMsgs",
     "CanSetMoveSynchArray",
     "CanStop",
     "CanSuspendEndOfMoveMsgs",
+    "CanYesFlashProgramming",
     "WithAdcInputs",
     "WithAnalogMonitorConfig",
     "WithAuxIoConfig",
@@ -68,6 +70,47 @@ __all__ = [
     "WithTstActuatorType",
     "WithVelParams",
 ]
+
+
+class CanYesFlashProgramming(Part):
+    """Yes flash programming.
+
+    ``HW_YES_FLASH_PROGRAMMING``; Issue 37, page 62.
+    """
+
+    async def yes_flash_programming(self, *, timeout: float | None = None) -> None:
+        """Yes flash programming.
+
+        Deprecated message without a function, which the vendor's software sends when it starts.
+
+        ``HW_YES_FLASH_PROGRAMMING``, Issue 37, page 62. Erratum ``apt37-list-vendor-software``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._tell(t.YES_FLASH_PROGRAMMING, timeout)
+
+
+class CanNoFlashProgramming(Part):
+    """Announce that the host connects.
+
+    ``HW_NO_FLASH_PROGRAMMING``; Issue 37, page 62.
+    """
+
+    async def no_flash_programming(self, *, timeout: float | None = None) -> None:
+        """Announce that the host connects.
+
+        Tells the controller the addresses of host and controller; a client must send it when it
+        starts.
+
+        ``HW_NO_FLASH_PROGRAMMING``, Issue 37, page 62. Erratum ``apt37-list-vendor-software``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._tell(t.NO_FLASH_PROGRAMMING, timeout)
 
 
 class WithMotTrigIoConfig(Part):
@@ -1258,7 +1301,7 @@ class WithLimSwitchParams(Part):
         Hardware and software limits of a channel. Not for BBD10x units.
 
         ``MOT_REQ_LIMSWITCHPARAMS``, ``MOT_GET_LIMSWITCHPARAMS``, Issue 3, pages 39, 40. Errata
-        ``apt-get-limswitchparams-size``, ``apt-limswitch-bbd10x``.
+        ``apt-get-limswitchparams-size``, ``apt-limswitch-bbd10x``, ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1288,7 +1331,7 @@ class WithLimSwitchParams(Part):
 
         ``MOT_SET_LIMSWITCHPARAMS``, Issue 3, page 39. Errata ``apt-limswitch-bbd10x``,
         ``apt-limswitch-soft-limit-factor``, ``apt-limswitch-upper-bit``, ``apt-unsigned-long``,
-        ``apt37-signs-of-longs``.
+        ``apt37-list-vendor-software``, ``apt37-signs-of-longs``.
 
         :param cw_hard_limit: clockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`:
             IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4), BREAKS_HOME_ONLY (5), INDEX_MARK
@@ -1355,7 +1398,7 @@ class WithLimSwitchParams(Part):
         ``MOT_REQ_LIMSWITCHPARAMS``, ``MOT_GET_LIMSWITCHPARAMS``, ``MOT_SET_LIMSWITCHPARAMS``, Issue
         3, pages 39, 40. Errata ``apt-get-limswitchparams-size``, ``apt-limswitch-bbd10x``,
         ``apt-limswitch-soft-limit-factor``, ``apt-limswitch-upper-bit``, ``apt-unsigned-long``,
-        ``apt37-signs-of-longs``.
+        ``apt37-list-vendor-software``, ``apt37-signs-of-longs``.
 
         :param cw_hard_limit: clockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`:
             IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4), BREAKS_HOME_ONLY (5), INDEX_MARK
@@ -1416,7 +1459,8 @@ class WithPowerParams(Part):
         Power of the motor phases at rest and during moves, as a share of full power. Less power at
         rest keeps the motor cooler.
 
-        ``MOT_REQ_POWERPARAMS``, ``MOT_GET_POWERPARAMS``, Issue 37, pages 71, 72.
+        ``MOT_REQ_POWERPARAMS``, ``MOT_GET_POWERPARAMS``, Issue 37, pages 71, 72. Erratum
+        ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1443,7 +1487,8 @@ class WithPowerParams(Part):
         MST602 and TST101 use only the power at rest; they compute the power of a move from its
         velocity.
 
-        ``MOT_SET_POWERPARAMS``, Issue 37, page 71. Erratum ``apt37-powerparams-example-unit``.
+        ``MOT_SET_POWERPARAMS``, Issue 37, page 71. Errata ``apt37-list-vendor-software``,
+        ``apt37-powerparams-example-unit``.
 
         :param rest_factor: power at rest; in counts of 1 percent; from 1 to 100.
         :param rest_factor_percent: ``rest_factor`` in percent; from 1 to 100.
@@ -1487,7 +1532,7 @@ class WithPowerParams(Part):
         velocity.
 
         ``MOT_REQ_POWERPARAMS``, ``MOT_GET_POWERPARAMS``, ``MOT_SET_POWERPARAMS``, Issue 37, pages
-        71, 72. Erratum ``apt37-powerparams-example-unit``.
+        71, 72. Errata ``apt37-list-vendor-software``, ``apt37-powerparams-example-unit``.
 
         :param rest_factor: power at rest; in counts of 1 percent; from 1 to 100.
         :param rest_factor_percent: ``rest_factor`` in percent; from 1 to 100.
@@ -2429,7 +2474,7 @@ class CanSuspendEndOfMoveMsgs(Part):
         Switches off the unsolicited end-of-move and error messages, for clients that cannot accept
         them at any time.
 
-        ``MOT_SUSPEND_ENDOFMOVEMSGS``, Issue 3, page 82.
+        ``MOT_SUSPEND_ENDOFMOVEMSGS``, Issue 3, page 82. Erratum ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -2450,7 +2495,7 @@ class CanResumeEndOfMoveMsgs(Part):
         Switches the unsolicited end-of-move and error messages back on; they are on after power-up.
 
         ``MOT_RESUME_ENDOFMOVEMSGS``, Issue 3, page 83. Errata ``apt-resume-disables``,
-        ``apt37-resume-disables``.
+        ``apt37-list-vendor-software``, ``apt37-resume-disables``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -2658,8 +2703,8 @@ class WithPotParams(Part):
         speeds are allowed.
 
         ``MOT_REQ_POTPARAMS``, ``MOT_GET_POTPARAMS``, Issue 3, pages 55, 57. Errata
-        ``apt-get-potparams-size``, ``apt-req-potparams-table-id``, ``apt37-potparams-get-table``,
-        ``apt37-requests-of-other-sets``.
+        ``apt-get-potparams-size``, ``apt-req-potparams-table-id``, ``apt37-list-vendor-software``,
+        ``apt37-potparams-get-table``, ``apt37-requests-of-other-sets``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -2696,7 +2741,8 @@ class WithPotParams(Part):
         speeds are allowed. All values are written in one frame.
 
         ``MOT_SET_POTPARAMS``, Issue 3, page 55. Errata ``apt-potparams-deflection-rows``,
-        ``apt-potparams-example-bytes``, ``apt-potparams-velocities-multiplied``.
+        ``apt-potparams-example-bytes``, ``apt-potparams-velocities-multiplied``,
+        ``apt37-list-vendor-software``.
 
         :param zero_wnd: deflection in ADC counts before motion starts; from 0 to 127.
         :param vel1: speed from zero_wnd to wnd1; in counts; scale to mm/s depends on the stage;
@@ -2778,8 +2824,8 @@ class WithPotParams(Part):
         ``MOT_REQ_POTPARAMS``, ``MOT_GET_POTPARAMS``, ``MOT_SET_POTPARAMS``, Issue 3, pages 55, 57.
         Errata ``apt-get-potparams-size``, ``apt-potparams-deflection-rows``,
         ``apt-potparams-example-bytes``, ``apt-potparams-velocities-multiplied``,
-        ``apt-req-potparams-table-id``, ``apt37-potparams-get-table``,
-        ``apt37-requests-of-other-sets``.
+        ``apt-req-potparams-table-id``, ``apt37-list-vendor-software``,
+        ``apt37-potparams-get-table``, ``apt37-requests-of-other-sets``.
 
         :param zero_wnd: deflection in ADC counts before motion starts; from 0 to 127.
         :param vel1: speed from zero_wnd to wnd1; in counts; scale to mm/s depends on the stage;
@@ -4309,8 +4355,8 @@ class WithBowIndex(Part):
 
         Shape of the velocity profile: trapezoidal or S-curve.
 
-        ``MOT_REQ_BOWINDEX``, ``MOT_GET_BOWINDEX``, Issue 37, pages 90, 92. Erratum
-        ``apt37-list-bowindex-ids``.
+        ``MOT_REQ_BOWINDEX``, ``MOT_GET_BOWINDEX``, Issue 37, pages 90, 92. Errata
+        ``apt37-list-bowindex-ids``, ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -4328,7 +4374,7 @@ class WithBowIndex(Part):
         overshoot.
 
         ``MOT_SET_BOWINDEX``, Issue 37, pages 90, 91. Errata ``apt37-bow-value``,
-        ``apt37-list-bowindex-ids``.
+        ``apt37-list-bowindex-ids``, ``apt37-list-vendor-software``.
 
         :param bow_index: 0 is a trapezoidal profile, 1 to 18 an S-curve. The change of acceleration
             is limited to 2 to the power of (index - 1), in mm/s³ (page 90). From 0 to 18.
@@ -4357,7 +4403,7 @@ class WithBowIndex(Part):
         overshoot.
 
         ``MOT_REQ_BOWINDEX``, ``MOT_GET_BOWINDEX``, ``MOT_SET_BOWINDEX``, Issue 37, pages 90, 91,
-        92. Errata ``apt37-bow-value``, ``apt37-list-bowindex-ids``.
+        92. Errata ``apt37-bow-value``, ``apt37-list-bowindex-ids``, ``apt37-list-vendor-software``.
 
         :param bow_index: 0 is a trapezoidal profile, 1 to 18 an S-curve. The change of acceleration
             is limited to 2 to the power of (index - 1), in mm/s³ (page 90). From 0 to 18.
