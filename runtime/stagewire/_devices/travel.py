@@ -125,7 +125,7 @@ class Held:
         if len(positions) != 2:
             return None
         low, high = positions
-        return cls(low, high, source, chosen) if -_HIGHEST - 1 <= low and high <= _HIGHEST else None
+        return cls(low, high, source, chosen) if low >= -_HIGHEST - 1 and high <= _HIGHEST else None
 
     def check_place(self, what: str, counts: int, scale: Scale | None) -> None:
         """Raise :class:`~stagewire.errors.LimitError` for a position outside."""

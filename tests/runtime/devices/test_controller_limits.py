@@ -135,10 +135,9 @@ def test_ends_of_the_user_replace_those_of_a_brushless_stage() -> None:
         bay.move_relative(mm=5)
 
 
-def test_an_endless_stage_has_no_positions_of_a_brushless_stage() -> None:
+def test_positions_of_a_brushless_stage_do_not_limit_an_endless_one() -> None:
     with opened("KBD101", stages.DDR100) as device:
-        assert device.get_pmd_stage_axis_params().max_pos_deg == 360
+        device.change_pmd_stage_axis_params(max_pos_deg=360)
         assert "limits of the controller" not in str(device)
         device.home()
-        device.set_pos_counter(deg=360)
-        assert device.move_relative(deg=1).values.position_deg > 360.9
+        device.start_move_absolute(deg=361)
