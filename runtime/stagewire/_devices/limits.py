@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from stagewire._devices.scales import Scales
 from stagewire._devices.tables import Given
-from stagewire._devices.travel import MEASURES, POSITION, TRAVELS, Held, Travel
+from stagewire._devices.travel import MEASURES, PER_MM, POSITION, TRAVELS, Held, Travel
 from stagewire.errors import LimitError, UnknownScaleError
 from stagewire.quantities import EndlessTravel, Limit, Scale, Stage, UnknownLimit
 
@@ -364,3 +364,17 @@ def _unmeasurable(quantity: str, scales: Scales, wanted: str = "") -> str:
     except UnknownScaleError as error:
         return str(error)
     return ""
+
+
+# Names of 0.1, for one release
+
+
+def in_mm(value: Fraction, unit: str) -> Fraction:
+    """Return a position or a distance in mm."""
+    return value / PER_MM[unit]
+
+
+def mm_of(entry: Given, counts: int, scales: Scales) -> Fraction:
+    """Return a position or a distance in counts as mm."""
+    unit, case = _way(entry, scales)
+    return in_mm(scales.of(entry.quantity, unit, case).from_counts(counts), unit)

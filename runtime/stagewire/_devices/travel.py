@@ -10,7 +10,7 @@ from typing import Final
 from stagewire.errors import BadValueError, LimitError, UnknownScaleError
 from stagewire.quantities import Number, Scale, exact
 
-__all__ = ["MEASURES", "POSITION", "TRAVELS", "Held", "Travel", "parse_travel"]
+__all__ = ["MEASURES", "PER_MM", "POSITION", "TRAVELS", "Held", "Travel", "parse_travel"]
 
 POSITION: Final = "position"
 """The quantity that a travel limits."""
@@ -18,9 +18,12 @@ POSITION: Final = "position"
 TRAVELS: Final = {"mm": "travel_mm", "deg": "travel_deg"}
 """Unit of a travel, on linear and on rotary stages -> keyword of ``open`` that sets it."""
 
+PER_MM: Final = {"mm": 1, "um": 1000}
+"""Unit of length -> how many of it make 1 mm."""
+
 MEASURES: Final = {
     unit + per: (base + per, factor)
-    for base, units in (("mm", {"mm": 1, "um": 1000}), ("deg", {"deg": 1}))
+    for base, units in (("mm", PER_MM), ("deg", {"deg": 1}))
     for unit, factor in units.items()
     for per in ("", "/s", "/s^2")
 }

@@ -33,6 +33,7 @@ from stagewire.quantities import Scale
 
 TOLERANCES: Final = {"mm": Fraction(1, 100), "deg": Fraction(1, 10)}
 """Unit -> how far from its target a motion may end, if the scale of the position is known."""
+TOLERANCE_MM: Final = TOLERANCES["mm"]  # name of 0.1, for one release
 TOLERANCE_COUNTS: Final = 500
 """The same if the scale is unknown: 0.015 mm on the stages with the finest encoders in the document."""
 _HOMED: Final = "homed"
