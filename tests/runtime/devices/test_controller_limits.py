@@ -83,7 +83,7 @@ def test_software_limits_of_other_modes_are_not_compared(mode: str) -> None:
 
 
 @pytest.mark.parametrize("ends", [(5, 5), (2**31, 0), (0, 0)])
-def test_software_limits_that_are_no_range_are_not_compared(ends: tuple[int, int]) -> None:
+def test_software_limits_without_a_range_are_not_compared(ends: tuple[int, int]) -> None:
     with opened("KDC101") as device:
         device.change_lim_switch_params(
             cw_soft_limit=ends[0], ccw_soft_limit=ends[1], software_limit_mode="STOP_PROFILED"
@@ -107,7 +107,7 @@ def test_positions_of_a_brushless_stage_are_compared_after_homing() -> None:
             "limits of the controller: 0 to 110 mm after homing (from MOT_GET_PMDSTAGEAXISPARAMS)"
         )
         assert shown in str(rack)
-        bay.move_relative(mm=-2)  # not homed: nobody knows where the travel begins
+        bay.move_relative(mm=-2)  # not homed: it is unknown where the travel begins
         bay.home()
         for call, distance in ((bay.move_absolute, -1), (bay.move_relative, -1)):
             with pytest.raises(
