@@ -18,6 +18,7 @@ from stagewire._devices.scales import Scales, ToldValue
 from stagewire._devices.stages import Name, Place, Stages
 from stagewire._devices.stated_limits import TOLERANCES
 from stagewire._devices.tables import Action, Command
+from stagewire._devices.travel import Held
 from stagewire._devices.unit import Alias, Facts, Setting, Told, Unit
 from stagewire._devices.values import Values
 from stagewire._framings.slots.protocol import CommandProtocol
@@ -106,6 +107,7 @@ class Connection(Generic[T]):
         self.stages.forget()
         unit, choices = self.unit, self.choices
         self.names = (choices.model or unit.name,)
+        self._ends: dict[Place, dict[tuple[str, bool], dict[str, int]]] = {}
         self._bare = Scales(
             unit.name,
             self.facts.quantities,
@@ -238,12 +240,16 @@ class Connection(Generic[T]):
 
     def limits(self, place: Place) -> Limits:
         """Return the limits of one channel that can currently be checked."""
-        limits = self.stated_limits(place)
-        return limits.now(self.scales(place))
+        scales = self.scales(place)  # it also learns
+        return self.stated_limits(place).now(scales)
 
     def stated_limits(self, place: Place) -> Limits:
         """Return all limits of the stage on one channel, checked or not."""
-        return self._limits.get(place, _NO_LIMITS)
+        held = (
+            Held.between(ends.values(), source, chosen=chosen)
+            for (source, chosen), ends in self._ends.get(place, {}).items()
+        )
+        return self._limits.get(place, _NO_LIMITS).holding(one for one in held if one is not None)
 
     @property
     def telling(self) -> tuple[type[Message], ...]:
@@ -255,6 +261,9 @@ class Connection(Generic[T]):
         """Store the settings that a message reports or sets."""
         for setting, told in self._telling.get(type(message), ()):
             raw = getattr(message, told.field)
+            if setting.quantity:
+                self._learn_end(address, channel, message, setting, told)
+                continue
             if told.values is not None:
                 found = told.values.get(raw, str(raw))
                 value = found if isinstance(found, str) else Fraction(found)
@@ -269,6 +278,24 @@ class Connection(Generic[T]):
                 for place, scales in self._scales.items():
                     if place[0] == address and channel in (None, place[1]):
                         self._scales[place] = scales.told(setting.name, now)
+
+    def _learn_end(
+        self, address: int, channel: int | None, message: Message, setting: Setting, told: Told
+    ) -> None:
+        """Store an end of the travel that the controller allows, or forget one that it no longer applies."""
+        field = self.channel_field(type(message))
+        channel = getattr(message, field) if field else channel
+        reported = told.get or told.set
+        assert reported is not None
+        group = (f"from {reported.layout.message}", told.active is not None)
+        with self._learning:
+            for place in self.places:
+                if place[0] != address or channel not in (None, place[1]):
+                    continue
+                ends = self._ends.setdefault(place, {}).setdefault(group, {})
+                ends.pop(setting.name, None)
+                if told.applies(message):
+                    ends[setting.name] = getattr(message, told.field)
 
     def channel_field(self, cls: type[Message]) -> str | None:
         """Return the name of the field for the channel, if a message has one."""

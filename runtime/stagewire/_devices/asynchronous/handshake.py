@@ -99,7 +99,7 @@ async def _ask_stages_and_settings(
             if told is not None:
                 connection.reported_stage(place, reports.id_in(told.message))
         for table in tables:
-            await _answer(endpoint, table, "a scale")
+            await _answer(endpoint, table, "a setting")
     if reports is not None:
         connection.stages_reported()
 

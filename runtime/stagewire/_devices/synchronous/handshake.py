@@ -99,7 +99,7 @@ def _ask_stages_and_settings(
             if told is not None:
                 connection.reported_stage(place, reports.id_in(told.message))
         for table in tables:
-            _answer(endpoint, table, "a scale")
+            _answer(endpoint, table, "a setting")
     if reports is not None:
         connection.stages_reported()
 
