@@ -106,6 +106,7 @@ _CONTEXTS = Data(
         "*/unstated": "text",
     }
 )
+_NEEDED = ("usable", "unhindered", "ignored/fields", "ignored/with", "each_time")
 _EXCHANGE = Data(
     {
         "answered_by": Names("exchange", "message"),
@@ -123,11 +124,10 @@ _EXCHANGE = Data(
         "halted_by": Names("exchange", "message"),
         "stored/read": Names("exchange", "message"),
         "stored/field": "exchange",
-        "stored/when/field": "motion-target",
-        "stored/when/value": "motion-target",
-        "reports_fault/request": "fault-report",
-        "reports_fault/code": "fault-report",
-        "reports_fault/text": "fault-report",
+        **{f"stored/when/{key}": "motion-target" for key in ("field", "value")},
+        "requires/*": Entries("message", "motion-need", "motion-need"),
+        **{f"requires/*/{key}": "motion-need" for key in _NEEDED},
+        **{f"reports_fault/{key}": "fault-report" for key in ("request", "code", "text")},
         "reports_fault/source": "text",
         "ends_when/read": Names("exchange", "message"),
         "ends_when/field": "exchange",
@@ -174,6 +174,7 @@ _UNITS = Data(
         "units/*/stages": Names("unit-stages", "stage"),
         "units/*/fewer_stages": "text",
         "units/*/built_in": Names("unit-stages", "stage"),
+        "units/*/reports_ends_after": Names("motion-need", "message"),
         "units/*/serial_digits": "unit-prefix",
         "units/*/also_at/addresses": "unit-also-at",
         "units/*/also_at/source": "text",

@@ -174,6 +174,7 @@ class _Rules:
     def statuses(self) -> None:
         """Check the status and the keep-alive message of each unit against its messages."""
         known = {message.exchange.get("reports_status") for message in self.protocol.messages}
+        sets = {m.name for m in self.protocol.messages if m.set and m.set[1] == "set"}
         for name, unit in self.units.items():
             messages = [self.of_name[m] for m in sorted(self.protocol.messages_of(unit))]
             reported = {
@@ -192,6 +193,10 @@ class _Rules:
                 what = f"{keeper}, but its keep-alive message is {found}"
                 hint = "correct `keep_alive`, or the list or family of the unit"
                 self.refuse("SW081", ("units", name, "keep_alive"), what, hint)
+            required = unit.get("reports_ends_after")
+            if required and required not in sets:
+                what = f"{required} is not the SET of a parameter set"
+                self.refuse("SW021", ("units", name, "reports_ends_after"), what)
 
     def addresses(self) -> None:
         """Check that addresses and bays are those of the framing, and the counts of bays."""

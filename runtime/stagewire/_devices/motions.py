@@ -84,9 +84,9 @@ class Motions:
         if running is not None:
             running.stopped = True
 
-    def described(self) -> str:
+    def names(self) -> tuple[str, ...]:
         """Return the names of all motions that may be under way, for messages."""
-        return ", ".join(running.what for running in tuple(self._running.values()))
+        return tuple(running.what for running in tuple(self._running.values()))
 
     def halts(self) -> list[tuple[int, Message]]:
         """Return the address and the stop of each motion."""

@@ -109,6 +109,22 @@ class Hindrance:
     limit: bool = False
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Need:
+    """A state of the controller without which a motion cannot succeed.
+
+    The state is refused if it hinders a motion (:class:`Hindrance`), or if a value cannot work.
+
+    :param table: request that reads it.
+    :param fields: fields that must not be 0 and, if their values have names, must be one of them.
+    :param each_time: whether it is read before each motion; otherwise when the device is opened.
+    """
+
+    table: ParameterSet[Any]
+    fields: tuple[str, ...] = ()
+    each_time: bool = False
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Unit:
     """A unit of the document.
@@ -134,6 +150,11 @@ class Unit:
     :param status_query: request for such a status, which also contains the position.
     :param hindrances: message -> its field, and the states that may prevent a motion.
     :param diagnosis: requests that together report all of these states.
+    :param needs: message that starts a motion -> the state that it needs.
+    :param reports_ends_after: parameters that it must receive before it reports the end of any motion; None:
+        it always reports them.
+    :param farewell: message to send before the line is closed, if the host sent one of the messages whose
+        effect it ends; one without such messages ends the connection.
     :param idle: request whether an axis is idle, if no status bits report it.
     :param quantities: quantities in its messages.
     :param settable: quantities in its messages to the controller.
@@ -169,6 +190,9 @@ class Unit:
         default_factory=dict
     )
     diagnosis: tuple[ParameterSet[Any] | Query[Any], ...] = ()
+    needs: Mapping[type[Message], tuple[Need, ...]] = field(default_factory=dict)
+    reports_ends_after: ParameterSet[Any] | None = None
+    farewell: Mapping[type[Message], tuple[type[Message], ...]] = field(default_factory=dict)
     idle: Poll | None = None
     quantities: tuple[str, ...] = ()
     settable: tuple[str, ...] = ()

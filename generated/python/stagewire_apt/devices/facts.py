@@ -11,6 +11,7 @@ from stagewire.support import (
     ByUnit,
     Facts,
     Hindrance,
+    Need,
     Rule,
     Scale,
     Setting,
@@ -2878,6 +2879,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -2954,6 +2983,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3030,6 +3087,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3098,6 +3183,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3171,6 +3284,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3244,6 +3385,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3312,6 +3481,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _BBD30X_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3386,6 +3583,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _BBD30X_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3460,6 +3685,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _BBD30X_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3529,6 +3782,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3579,6 +3864,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3608,6 +3925,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=21,
         prefixes=(21,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3645,6 +3963,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=31,
         prefixes=(31,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3682,6 +4001,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=41,
         prefixes=(41,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3717,6 +4037,7 @@ UNITS: dict[str, Unit] = {
         family="card_slot_piezo",
         status="piezo",
         update_rate_hz=10,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3754,6 +4075,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=71,
         prefixes=(71,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3784,6 +4106,7 @@ UNITS: dict[str, Unit] = {
         family="benchtop_piezo",
         status="piezo",
         update_rate_hz=10,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3815,6 +4138,7 @@ UNITS: dict[str, Unit] = {
         family="card_slot_piezo",
         status="piezo",
         update_rate_hz=10,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3848,6 +4172,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=71,
         prefixes=(71,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3881,6 +4206,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         prefixes=(41,),
         reported_as=("PCC301",),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3967,6 +4293,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4043,6 +4401,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4147,6 +4537,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4252,6 +4674,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4359,6 +4813,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4445,6 +4931,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4530,6 +5048,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4617,6 +5167,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4663,6 +5245,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4729,6 +5343,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _KBD101_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4838,6 +5480,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _KDC101_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4891,6 +5565,11 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.CHAN_ENABLE_STATE,),
+        needs={
+            m.MotMoveAbsoluteHeader: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveAbsolute: (Need(t.CHAN_ENABLE_STATE, ()),),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4984,6 +5663,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5077,6 +5788,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5128,6 +5871,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5173,6 +5948,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5218,6 +6025,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5246,6 +6085,7 @@ UNITS: dict[str, Unit] = {
         status_query=t.MOT_STATUS_BITS,
         hindrances={m.MotGetStatusBits: ("status_bits", _DC_STATUS_BITS_HINDRANCES)},
         diagnosis=(t.MOT_STATUS_BITS,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=("milliseconds",),
         settable=("milliseconds",),
     ),
@@ -5266,6 +6106,7 @@ UNITS: dict[str, Unit] = {
         status_query=t.MOT_STATUS_BITS,
         hindrances={m.MotGetStatusBits: ("status_bits", _DC_STATUS_BITS_HINDRANCES)},
         diagnosis=(t.MOT_STATUS_BITS,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=("milliseconds",),
         settable=("milliseconds",),
     ),
@@ -5302,6 +6143,22 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+            ),
+            m.MotMoveRelativeHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveRelative: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsoluteHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsolute: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveJog: (Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),),
+        },
+        reports_ends_after=t.HOME_PARAMS,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5345,6 +6202,22 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+            ),
+            m.MotMoveRelativeHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveRelative: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsoluteHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsolute: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveJog: (Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),),
+        },
+        reports_ends_after=t.HOME_PARAMS,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5371,6 +6244,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=51,
         prefixes=(51,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5477,6 +6351,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5566,6 +6472,37 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5616,6 +6553,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5676,6 +6645,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5743,6 +6744,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _TBD001_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5848,6 +6877,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5887,6 +6948,7 @@ UNITS: dict[str, Unit] = {
             " after being enabled has locked up"
         ),
         also_at=(0x11, 0x21),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "display_brightness",
             "lut_output",
@@ -5936,6 +6998,11 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.CHAN_ENABLE_STATE,),
+        needs={
+            m.MotMoveAbsoluteHeader: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveAbsolute: (Need(t.CHAN_ENABLE_STATE, ()),),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "encoder_position",
             "milliseconds",
@@ -5967,6 +7034,7 @@ UNITS: dict[str, Unit] = {
             " after being enabled has locked up"
         ),
         also_at=(0x11, 0x21),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "display_brightness",
             "force_calibration",
@@ -6046,6 +7114,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -6132,6 +7232,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",

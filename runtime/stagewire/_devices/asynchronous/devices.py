@@ -35,6 +35,8 @@ from stagewire._sessions.command_exchanges import in_low_level, switching
 from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
 
 if TYPE_CHECKING:
+    from types import TracebackType
+
     from stagewire._devices.connection import Connection
     from stagewire._sessions.command_exchanges import Mode
 
@@ -119,14 +121,40 @@ class _Opened(DeviceBase, Part, AsyncClosing):
             await self._connect()
             self._opened += 1
 
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self._leave(aborted=kind is not None)
+
+    @property
+    def left_moving(self) -> tuple[str, ...]:
+        """The motions that may continue after :meth:`close`, such as ``TDC001: move_absolute``.
+
+        They are those that were started here and whose end is unknown, if the device was opened with
+        ``on_close="leave"`` or if the line was lost, so that no stop could be sent. Empty before
+        :meth:`close`.
+        """
+        return self._at.connection.left_moving
+
     async def close(self) -> None:
         """Stop the motions started here, unless ``on_close`` is ``leave``, and close the line.
 
-        Closing a closed device does nothing.
+        The updates that were started here are stopped. At the end of a ``with`` block that an exception ends,
+        the controller is also told that the host disconnects, if its unit has such a message. The stops are
+        sent first. Closing a closed device does nothing.
+
+        Motions that may continue are logged as a warning, and listed in :attr:`left_moving`.
         """
+        await self._leave(aborted=False)
+
+    async def _leave(self, *, aborted: bool) -> None:
         connection, session = self._at.connection, self.session
-        if session.lost and not session.closed and connection.choices.stop_on_close:
-            connection.warn_of_motions()
+        if not session.closed:
+            connection.aborted = aborted
+            connection.note_motions(lost=session.lost)
         if isinstance(self._link, Device):
             await leave(connection)
             with suppress(ValueError):  # closed before
@@ -155,7 +183,8 @@ class Device(_Opened):
                 await leave(connection)
             await transport.close()
             raise
-        session.on_close.append(connection.last_words)
+        connection.aborted = not guest  # until it is closed
+        session.on_close.insert(0, connection.last_words)  # before the owner of the line ends it
 
     @property
     def session(self) -> AsyncFramedSession:

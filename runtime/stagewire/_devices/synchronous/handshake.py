@@ -11,6 +11,7 @@ from typing import Any, Final
 from stagewire._devices.connection import Connection
 from stagewire._devices.identity import check_identity, firmware_of
 from stagewire._devices.synchronous.calls import query
+from stagewire._devices.synchronous.readiness import read_state
 from stagewire._devices.synchronous.transport import (
     Endpoint,
     FramedTransport,
@@ -85,9 +86,10 @@ def wait_for_timeouts(connection: Connection[Transport]) -> None:
 
 
 def _ask_settings(connection: Connection[Transport], own: Endpoint) -> None:
-    """Request from every channel the settings that its scales depend on."""
+    """Request from every channel the settings that its scales depend on, and the state that motions need."""
     tables = _tables(connection)
-    if not tables:
+    needs_state = bool(connection.unit.needs)
+    if not tables and not needs_state:
         return
     unit = connection.unit
     for place in connection.places:
@@ -100,15 +102,22 @@ def _ask_settings(connection: Connection[Transport], own: Endpoint) -> None:
                 query(endpoint, table, None, {})
             except ReplyTimeoutError as error:
                 _log.warning("%s: a scale is unknown: %s", connection.url, error)
+        if needs_state:
+            needs_state = read_state(endpoint)
 
 
 def leave(connection: Connection[Transport]) -> None:
-    """Stop the motions of a device whose line others still use, unless ``on_close`` is ``leave``."""
+    """Stop the motions of a device whose line others still use, unless ``on_close`` is ``leave``.
+
+    Then stop the updates that it has started. Its connection is that of the others, and is not ended.
+    """
     transport, choices = connection.transport, connection.choices
     assert isinstance(transport, FramedTransport)
     with suppress(StagewireError):  # the line may be lost
         for address, halt in connection.motions.halts() if choices.stop_on_close else ():
             transport.halt(halt, None, address, choices.timeout)
+        for address, ending in connection.updating:
+            transport.send(ending(), address, choices.timeout)
         transport.keep_alive(None, connection.addresses)
 
 

@@ -22,6 +22,7 @@ _FACTS = (
         "ByUnit",
         "Facts",
         "Hindrance",
+        "Need",
         "Poll",
         "Rule",
         "Setting",
