@@ -70,6 +70,7 @@ if TYPE_CHECKING:
         Hindrance,
         Need,
         Setting,
+        StageReport,
         Told,
         Unit,
         Unsupported,
@@ -192,6 +193,7 @@ __all__ = [
     "SingleChannelDevice",
     "SingleChannelModule",
     "Stage",
+    "StageReport",
     "Stored",
     "Sum",
     "Told",
@@ -237,7 +239,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
                 "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Stored"
             ),
             "_devices.scales": "ByCase BySetting ByStage ByUnit Rule",
-            "_devices.unit": "Alias Facts Hindrance Need Setting Told Unit Unsupported",
+            "_devices.unit": "Alias Facts Hindrance Need Setting StageReport Told Unit Unsupported",
             "_sessions.options": "Ends",
             "quantities": (
                 "EndlessTravel Limit Number Scale ScaleConflict Stage UnknownLimit UnknownScale"

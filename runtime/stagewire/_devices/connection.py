@@ -16,6 +16,7 @@ from stagewire._devices.motions import Motions
 from stagewire._devices.options import SETTINGS, Choices
 from stagewire._devices.readiness import Readiness
 from stagewire._devices.scales import Scales, ToldValue
+from stagewire._devices.stated_limits import TOLERANCES
 from stagewire._devices.tables import Action, Command
 from stagewire._devices.unit import Alias, Facts, Setting, Told, Unit
 from stagewire._devices.values import Values
@@ -172,10 +173,8 @@ class Connection(Generic[T]):
             limits.check_measurable(
                 unit.name, unit.settable, self._scales[place], has_status=has_status
             )
-        if self.choices.target_tolerance_mm is not None:
-            check_measurable(
-                "target_tolerance_mm", unit.name, unit.quantities, self._scales.values()
-            )
+        for base in self.choices.target_tolerances:
+            check_measurable(TOLERANCES, base, unit.name, unit.quantities, self._scales.values())
 
     def note_motions(self, *, lost: bool) -> None:
         """Note and log the motions that may continue after the line is closed.

@@ -27,7 +27,7 @@ _FACTS = (
         "Rule",
         "Setting",
     ),
-    *("Scale", "Told", "Unit", "UnknownScale", "Unsupported"),
+    *("Scale", "StageReport", "Told", "Unit", "UnknownScale", "Unsupported"),
 )
 
 
