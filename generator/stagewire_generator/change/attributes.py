@@ -129,12 +129,14 @@ _EXCHANGE = Data(
         **{f"reports_fault/{key}": "fault-report" for key in ("request", "code", "text")},
         "reports_fault/source": "text",
         "ends_when/read": Names("exchange", "message"),
-        "ends_when/field": "exchange",
-        "ends_when/value": "exchange",
+        **{f"ends_when/{key}": "exchange" for key in ("field", "value")},
     }
 )
+_TIME = ("set", "field", "counts", "factor", "exponent")
 _WITH_SOURCE = ("units/*/hardware_type", "units/*/sends/*", "units/*/also_at", "units/*/baud_rates",
-                "families/*/reports_stage", "families/*/also_at", "families/*/pause")  # fmt: skip
+                "families/*/reports_stage", "families/*/also_at", "families/*/pause",
+                "families/*/positions")  # fmt: skip
+_POSITIONS = ("move", "argument", "values", "read", "bits", *map("time/{}".format, _TIME))
 _HINDERS = Data({"cause": "hindrance", "when": "hindrance", "limit": "hindrance"})
 _CALL = Data({"name": "call", "defaults/*": Entries("field", "call-default", "call-default")})
 _SETTINGS = Data(
@@ -153,8 +155,7 @@ _UNITS = Data(
     {
         "units/*": Entries("unit", "unit-added", "unit-removed"),
         "units/*/overlay": _OVERLAY,
-        "units/*/title": "text",
-        "units/*/note": "text",
+        **dict.fromkeys(("units/*/title", "units/*/note"), "text"),
         "units/*/page": "page",
         **{f"{entry}/source": "text" for entry in _WITH_SOURCE},
         "units/*/usb_prefix": "unit-prefix",
@@ -182,18 +183,17 @@ _UNITS = Data(
         "units/*/keep_alive": Names("unit-keep-alive", "message"),
         "families/*": Entries("family", "family-added", "family-removed"),
         "families/*/overlay": _OVERLAY,
-        "families/*/title": "text",
-        "families/*/note": "text",
+        **dict.fromkeys(("families/*/title", "families/*/note"), "text"),
         "families/*/messages": Names("list-messages", "message"),
         "families/*/like": "list-messages",
         "families/*/also_at/addresses": "unit-also-at",
         "families/*/reports_stage/field": "stage-id",
         "families/*/reports_stage/page": "page",
+        **{f"families/*/positions/{key}": "motion-target" for key in _POSITIONS},
         "families/*/pause/ms": "unit-pause",
         "lists/*": Entries("list", "list-added", "list-removed"),
         "lists/*/overlay": _OVERLAY,
-        "lists/*/title": "text",
-        "lists/*/note": "text",
+        **dict.fromkeys(("lists/*/title", "lists/*/note"), "text"),
         "lists/*/page": "page",
         "lists/*/units": "text",  # a change also appears as the `list` of a unit
         "lists/*/messages": Names("list-messages", "message"),

@@ -181,12 +181,12 @@ class Connection(Generic[T]):
 
         :param lost: whether the line is lost, so that no stop can be sent.
         """
-        self.left_moving = ()
-        if self.choices.stop_on_close and not lost:
-            return
-        self.left_moving = self.motions.names()
+        stopped = self.choices.stop_on_close and not lost
+        self.left_moving = self.motions.names(stopped=stopped)
         if self.left_moving:
             why = "the line is lost" if lost else 'it was opened with on_close="leave"'
+            if stopped:
+                why = "the unit cannot stop"
             _log.warning(
                 "%s: %s and no stop was sent; may still be moving: %s",
                 self.url,

@@ -13,7 +13,7 @@ from stagewire._codec.message import Message
 from stagewire._codec.protocol import Protocol
 from stagewire._devices.candidates import Candidate
 from stagewire._devices.scales import Rule
-from stagewire._devices.tables import ParameterSet, Poll, Query
+from stagewire._devices.tables import Action, ParameterSet, Poll, Query
 from stagewire._devices.values import Values
 from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._framings.slots.protocol import CommandProtocol
@@ -125,6 +125,38 @@ class Need:
     each_time: bool = False
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Positions:
+    """The only positions of a unit, counted from 1, and how it moves to them.
+
+    :param move: action that moves to a position.
+    :param argument: its field for the position.
+    :param read: request for the bits that show the position.
+    :param field: field of the reply with these bits.
+    :param places: value of the argument and mask of the bit, for each position.
+    :param times: parameter set with the time of a move.
+    :param time: its field with the time in ms.
+    :param counts: its field with the same time in counts of the unit.
+    :param factor: counts for a time of 1 ms.
+    :param exponent: power of the time in ms that the factor is multiplied with.
+    """
+
+    move: Action
+    argument: str
+    read: ParameterSet[Any] | Query[Any]
+    field: str
+    places: tuple[tuple[int, int], ...]
+    times: ParameterSet[Any]
+    time: str
+    counts: str
+    factor: int
+    exponent: float
+
+    def counts_of(self, milliseconds: int) -> int:
+        """Return a time in counts of the unit."""
+        return int(self.factor * milliseconds**self.exponent + 0.5)
+
+
 @dataclass(frozen=True, slots=True)
 class StageReport:
     """Message in which a unit reports the stage on a channel.
@@ -177,6 +209,7 @@ class Unit:
     :param needs: message that starts a motion -> the state that it needs.
     :param reports_ends_after: parameters that it must receive before it reports the end of any motion; None:
         it always reports them.
+    :param positions: its positions, if it has only a few; None for others.
     :param farewell: message to send before the line is closed, if the host sent one of the messages whose
         effect it ends; one without such messages ends the connection.
     :param idle: request whether an axis is idle, if no status bits report it.
@@ -217,6 +250,7 @@ class Unit:
     diagnosis: tuple[ParameterSet[Any] | Query[Any], ...] = ()
     needs: Mapping[type[Message], tuple[Need, ...]] = field(default_factory=dict)
     reports_ends_after: ParameterSet[Any] | None = None
+    positions: Positions | None = None
     farewell: Mapping[type[Message], tuple[type[Message], ...]] = field(default_factory=dict)
     idle: Poll | None = None
     quantities: tuple[str, ...] = ()

@@ -11,13 +11,22 @@ from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire.capture import read_capture
-from stagewire.errors import NotReadyError, TransportLostError, UnsupportedError
+from stagewire.errors import (
+    BadValueError,
+    MotionTimeoutError,
+    NotReadyError,
+    OutOfRangeError,
+    TransportLostError,
+    UnsupportedError,
+)
 from stagewire.support import Direction
 from stagewire_apt import (
     BBD102,
     BSC203,
     K10CR1,
     KDC101,
+    MFF101,
+    MFF102,
     MLJ050,
     MST601,
     PROTOCOL,
@@ -416,3 +425,97 @@ def test_a_set_has_no_reply_and_does_not_wait_for_one() -> None:
         kdc.set_vel_params(min_velocity=0, acceleration=100, max_velocity=10_000)
         assert kdc.session.now() - before < kdc._at.connection.choices.timeout / 2
         assert kdc.get_vel_params().max_velocity == 10_000
+
+
+# A flipper that moves one way only
+
+
+def test_a_flipper_moves_to_both_positions_and_reports_them() -> None:
+    line = line_to(virtual.MFF101())
+    with MFF101.open(line) as flipper:
+        for position in (2, 1, 2):
+            flipper.move_to(position)
+            assert flipper.position == position
+        jogs = [name for name in line.names(PROTOCOL) if name == "MOT_MOVE_JOG"]
+        assert len(jogs) == 3
+
+
+def test_a_flipper_at_its_position_is_not_moved() -> None:
+    line = line_to(virtual.MFF102())
+    with MFF102.open(line) as flipper:
+        assert flipper.position == 1
+        line.forget()
+        flipper.move_to(1)
+        assert line.names(PROTOCOL) == ["MOT_REQ_STATUSBITS"]
+
+
+def test_a_flipper_waits_for_its_transit_time_and_reports_no_position_before() -> None:
+    line = line_to(virtual.MFF101())
+    with MFF101.open(line) as flipper:
+        flipper.set_transit_time(2800)
+        assert flipper.transit_time == 2800
+        begun = flipper.session.now()
+        flipper.move_to(2)
+        assert 2.8 <= flipper.session.now() - begun < 3
+        flipper.jog("FORWARD")
+        assert flipper.position is None
+
+
+@pytest.mark.parametrize(("milliseconds", "counts"), [(500, 508), (300, 1145), (2800, 33)])
+def test_a_transit_time_is_also_set_in_the_counts_of_the_document(
+    milliseconds: int, counts: int
+) -> None:
+    with MFF101.open("virtual://MFF101") as flipper:
+        before = flipper.get_mff_oper_params().message.values()
+        flipper.set_transit_time(milliseconds)
+        after = flipper.get_mff_oper_params().message.values()
+    assert after == {**before, "transit_time": milliseconds, "transit_time_adc": counts}
+
+
+def test_a_flipper_refuses_a_position_and_a_transit_time_that_do_not_exist() -> None:
+    line = line_to(virtual.MFF101())
+    with MFF101.open(line) as flipper:
+        line.forget()
+        for position, error in ((0, OutOfRangeError), (3, OutOfRangeError), ("up", BadValueError)):
+            with pytest.raises(error, match="not one of 1, 2"):
+                flipper.move_to(position)  # type: ignore[arg-type]
+        for time in (299, 2801):
+            with pytest.raises(OutOfRangeError, match="300 to 2800"):
+                flipper.set_transit_time(time)
+        assert line.raw == b""
+
+
+def test_a_flipper_that_does_not_arrive_is_an_error_and_is_not_moved_again() -> None:
+    line = line_to(virtual.MFF101())
+    with MFF101.open(line) as flipper:
+        line.twist = lambda data: (
+            m.MotGetStatusBits(1, 0x20).pack(0x01, 0x50) if data[:2] == b"\x2a\x04" else data
+        )
+        line.forget()
+        with pytest.raises(MotionTimeoutError, match=r"within 2 s \(transit time 500 ms\).*no pos"):
+            flipper.move_to(2)
+        assert line.names(PROTOCOL).count("MOT_MOVE_JOG") == 1
+
+
+def test_closing_a_flipper_in_motion_does_not_pretend_to_stop_it(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    line = line_to(virtual.MFF101())
+    with caplog.at_level(logging.WARNING, "stagewire"):
+        with MFF101.open(line) as flipper:
+            flipper.jog("REVERSE")
+            line.forget()
+        assert line.raw == b""
+        assert flipper.left_moving == ("MFF101: jog",)
+        assert "the unit cannot stop and no stop was sent" in caplog.text
+
+
+def test_a_flipper_moves_in_asyncio() -> None:
+    async def main() -> None:
+        async with aio.MFF101.open("virtual://MFF101") as flipper:
+            await flipper.move_to(2)
+            assert await flipper.position == 2
+            await flipper.set_transit_time(700)
+            assert await flipper.transit_time == 700
+
+    stepped.run(main())

@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, Unpack
 
+from stagewire._devices.asynchronous import positions
 from stagewire._devices.asynchronous.handshake import greet, leave, wait_for_timeouts
 from stagewire._devices.asynchronous.parts import Axis, Channel, Part
 from stagewire._devices.asynchronous.transport import (
@@ -196,6 +197,50 @@ class Device(_Opened):
 
 class SingleChannelDevice(Device, Channel):
     """A controller with one channel; the device itself is the channel."""
+
+
+class PositionsDevice(SingleChannelDevice):
+    """A controller that has only a few positions, such as a filter flipper; the device is the channel.
+
+    It reports no end of a move, and a move cannot be stopped: neither :meth:`close` nor Ctrl-C stops it.
+    """
+
+    @property
+    async def position(self) -> int | None:
+        """The position that the controller reports, counted from 1; None if it reports none.
+
+        It reports none while it moves. Each access sends a request.
+        """
+        return await positions.position_of(self._at)
+
+    async def move_to(self, position: int, *, timeout: float | None = None) -> None:
+        """Move to a position, and wait until the controller reports it.
+
+        No move is sent if it reports this position already.
+
+        :param position: counted from 1.
+        :param timeout: in seconds; default: twice the transit time, and the timeout of the device.
+
+        Raise :class:`~stagewire.errors.OutOfRangeError` and :class:`~stagewire.errors.BadValueError` for a
+        position that does not exist, and :class:`~stagewire.errors.MotionTimeoutError` if the position is not
+        reported in time; the move is not sent again.
+        """
+        await positions.move_to(self._at, position, timeout)
+
+    @property
+    async def transit_time(self) -> int:
+        """The time of a move between two positions in ms; each access sends a request."""
+        return await positions.transit_time(self._at)
+
+    async def set_transit_time(self, milliseconds: int, *, timeout: float | None = None) -> None:
+        """Set the time of a move in ms, and keep the other parameters of its set.
+
+        The unit also needs this time in its own counts, which are computed as the document describes.
+
+        Raise :class:`~stagewire.errors.OutOfRangeError` and :class:`~stagewire.errors.BadValueError` for an
+        invalid time, and the errors of the ``change_`` methods.
+        """
+        await positions.set_transit_time(self._at, milliseconds, timeout)
 
 
 class ChannelsDevice(ChannelsBase[C], Device, Generic[C]):

@@ -19,6 +19,7 @@ from stagewire._devices.structure import (
     connect,
     url_of,
 )
+from stagewire._devices.synchronous import positions
 from stagewire._devices.synchronous.handshake import greet, leave, wait_for_timeouts
 from stagewire._devices.synchronous.parts import Axis, Channel, Part
 from stagewire._devices.synchronous.transport import (
@@ -190,6 +191,50 @@ class Device(_Opened):
 
 class SingleChannelDevice(Device, Channel):
     """A controller with one channel; the device itself is the channel."""
+
+
+class PositionsDevice(SingleChannelDevice):
+    """A controller that has only a few positions, such as a filter flipper; the device is the channel.
+
+    It reports no end of a move, and a move cannot be stopped: neither :meth:`close` nor Ctrl-C stops it.
+    """
+
+    @property
+    def position(self) -> int | None:
+        """The position that the controller reports, counted from 1; None if it reports none.
+
+        It reports none while it moves. Each access sends a request.
+        """
+        return positions.position_of(self._at)
+
+    def move_to(self, position: int, *, timeout: float | None = None) -> None:
+        """Move to a position, and wait until the controller reports it.
+
+        No move is sent if it reports this position already.
+
+        :param position: counted from 1.
+        :param timeout: in seconds; default: twice the transit time, and the timeout of the device.
+
+        Raise :class:`~stagewire.errors.OutOfRangeError` and :class:`~stagewire.errors.BadValueError` for a
+        position that does not exist, and :class:`~stagewire.errors.MotionTimeoutError` if the position is not
+        reported in time; the move is not sent again.
+        """
+        positions.move_to(self._at, position, timeout)
+
+    @property
+    def transit_time(self) -> int:
+        """The time of a move between two positions in ms; each access sends a request."""
+        return positions.transit_time(self._at)
+
+    def set_transit_time(self, milliseconds: int, *, timeout: float | None = None) -> None:
+        """Set the time of a move in ms, and keep the other parameters of its set.
+
+        The unit also needs this time in its own counts, which are computed as the document describes.
+
+        Raise :class:`~stagewire.errors.OutOfRangeError` and :class:`~stagewire.errors.BadValueError` for an
+        invalid time, and the errors of the ``change_`` methods.
+        """
+        positions.set_transit_time(self._at, milliseconds, timeout)
 
 
 class ChannelsDevice(ChannelsBase[C], Device, Generic[C]):

@@ -24,6 +24,7 @@ _FACTS = (
         "Hindrance",
         "Need",
         "Poll",
+        "Positions",
         "Rule",
         "Setting",
     ),

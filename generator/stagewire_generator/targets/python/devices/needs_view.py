@@ -74,6 +74,40 @@ def farewell_entries(protocol: Protocol, unit: UnitPlan) -> Iterator[Source]:
         yield mapping("farewell=", entries)
 
 
+def position_entries(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
+    """Yield the positions of a unit that has only a few, and how it moves to them."""
+    found = protocol.units["families"][unit.entry["family"]].get("positions")
+    if found is None:
+        return
+    calls = {message.name: call for call in tables.calls for message in call.members.values()}
+    move, read = calls[found["move"]], calls[found["read"]]
+    time = next(
+        call
+        for call in tables.calls
+        if call.message.set and call.message.set[0] == found["time"]["set"]
+    )
+    [argument] = [field for field in move.layout.all_fields if field.name == found["argument"]]
+    assert argument.enum
+    assert read.values
+    values = {value.name: value.value for value in argument.enum.values}
+    [field] = [field for field in read.values.layout.all_fields if field.flags]
+    flags = field.flags_by_unit.get(unit.name, field.flags)
+    assert flags
+    masks = {bit.name: f"0x{bit.mask:X}" for bit in flags.bits}
+    moves = [
+        Nested("(", (f"0x{values[value]:02X}", masks[bit]), ")")
+        for value, bit in zip(found["values"], found["bits"], strict=True)
+    ]
+    items: tuple[Source, ...] = (
+        *(f"t.{move.constant}", literal(argument.name)),
+        *(f"t.{read.constant}", literal(field.name)),
+        Nested("(", tuple(moves), ")"),
+        *(f"t.{time.constant}", literal(found["time"]["field"]), literal(found["time"]["counts"])),
+        *(str(found["time"]["factor"]), found["time"]["exponent"]),
+    )
+    yield Nested("positions=Positions(", items, ")")
+
+
 def _is_bare(message: Message) -> bool:
     return bool(message.layouts) and not any(
         field.role == "value" for layout in message.layouts for field in layout.all_fields
