@@ -62,7 +62,7 @@ static void begin_limited(struct motion *it, enum doing doing, struct move *move
  * Move to a position. With a backlash distance above 0 the motor arrives on its way forward, and below 0 in
  * reverse: from the other side it goes beyond the target by the distance, and comes back.
  */
-static void move_to(struct motion *it, int32_t position, const uint8_t *frame)
+static void move_to(struct motion *it, int64_t position, const uint8_t *frame)
 {
     apt_mot_get_genmoveparams backlash = {CHANNEL, 0};
     struct move move;
@@ -99,7 +99,7 @@ static void move_absolute(struct motion *it, const uint8_t *frame, size_t size)
 
 static void move_relative(struct motion *it, const uint8_t *frame, size_t size)
 {
-    const int32_t here = motor_position(&it->motor);
+    const int64_t here = motor_position(&it->motor);
     apt_mot_get_moverelparams kept = {CHANNEL, 0};
     apt_mot_move_relative move = {CHANNEL, 0};
 
@@ -181,14 +181,17 @@ static void home(struct motion *it, const uint8_t *frame)
     begin(it, DOING_HOME, &move, frame);
 }
 
-/* Stop. If the message has no known mode, a jog stops as its parameters say, and anything else brakes. */
+/*
+ * Stop; a motor at rest has stopped in the next cycle. If the message has no known mode, a jog stops as its
+ * parameters say, and anything else brakes.
+ */
 static void stop(struct motion *it, const uint8_t *frame, size_t size)
 {
     apt_mot_get_jogparams set;
     apt_mot_move_stop command;
     unsigned mode;
 
-    if (it->doing == DOING_NOTHING || apt_mot_move_stop_decode(frame, size, &command) != APT_OK) {
+    if (apt_mot_move_stop_decode(frame, size, &command) != APT_OK) {
         return;
     }
     mode = command.stop_mode;
@@ -274,17 +277,21 @@ int32_t motion_encoder(const struct motion *it)
 
 static uint32_t motion_bits(const struct motion *it)
 {
-    const bool forward = motor_direction(&it->motor) > 0;
-    uint32_t bits = 0U;
+    const int direction = motor_direction(&it->motor);
+    uint32_t bits = it->doing == DOING_HOME ? APT_DC_STATUS_BITS_HOMING : 0U;
 
     if (it->doing == DOING_NOTHING) {
         return it->enabled ? APT_DC_STATUS_BITS_SETTLED : 0U;
     }
-    bits |= forward ? APT_DC_STATUS_BITS_MOVING_FORWARD : APT_DC_STATUS_BITS_MOVING_REVERSE;
-    if (it->doing == DOING_JOG) {
-        bits |= forward ? APT_DC_STATUS_BITS_JOGGING_FORWARD : APT_DC_STATUS_BITS_JOGGING_REVERSE;
+    if (direction > 0) {
+        bits |= APT_DC_STATUS_BITS_MOVING_FORWARD;
+        bits |= it->doing == DOING_JOG ? APT_DC_STATUS_BITS_JOGGING_FORWARD : 0U;
     }
-    return it->doing == DOING_HOME ? bits | APT_DC_STATUS_BITS_HOMING : bits;
+    if (direction < 0) {
+        bits |= APT_DC_STATUS_BITS_MOVING_REVERSE;
+        bits |= it->doing == DOING_JOG ? APT_DC_STATUS_BITS_JOGGING_REVERSE : 0U;
+    }
+    return bits;
 }
 
 static uint32_t limit_bits(const struct motion *it)

@@ -21,6 +21,8 @@ void motor_init(struct motor *motor, const struct stage *stage)
     halt_at(motor, stage->place * ONE_COUNT);
     motor->travel = stage->travel;
     motor->zero = stage->place;
+    motor->move.acceleration = 1; /* for a stop before the first move */
+    motor->move.by = stage->place;
     motor->state = MOTOR_AT_REST;
 }
 

@@ -189,7 +189,9 @@ def asked(line: SteppedFirmware, *messages: FramedMessage) -> Message | None:
     """Send messages to a KDC101, and return the reply to the last one; None without one."""
     for message in messages:
         line.write(message.pack(dest=0x50, source=0x01))
-    events = PROTOCOL.framer(End.HOST).feed(line.read(0.1))
+    framer = PROTOCOL.framer(End.HOST)
+    framer.tell(0x50, status="dc")
+    events = framer.feed(line.read(0.1))
     frames = [event.frame for event in events if isinstance(event, Received)]
     assert len(frames) <= 1
     return frames[0].message if frames else None
@@ -247,6 +249,14 @@ def test_home_parameters_that_cannot_home_move_nothing(
     assert isinstance(status, m.MotGetDcStatusUpdate)
     assert status.position == 0
     assert "homing" not in status.status_bits_flags.names
+
+
+def test_a_motor_at_rest_answers_a_stop(kdc101: SteppedFirmware) -> None:
+    for mode in (1, 2):  # hosts wait for the answer, for example the vendor's XA software
+        stopped = asked(kdc101, m.MotMoveStop(1, mode))
+        assert isinstance(stopped, m.MotMoveStoppedDc)
+        assert (stopped.position, stopped.velocity) == (0, 0)
+        assert not stopped.status_bits_flags.moving_forward
 
 
 def test_the_lamp_obeys_its_setting(kdc101: SteppedFirmware) -> None:
