@@ -39,6 +39,7 @@ const struct unit UNIT = {
     },
     .address = 0x21, /* the card in the first bay */
     .usb = false,
+    .has_outputs = false,
     .cycles = 10000, /* of 102.4 us */
     .stage = {.travel = 2200000 /* 110 mm */, .place = 1100000},
     .status_bits = STATUS_BITS,

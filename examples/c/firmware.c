@@ -112,6 +112,7 @@ static bool obey(struct firmware *it, const uint8_t *frame, size_t size)
     apt_mot_set_enccounter encoder;
     apt_mot_set_eepromparams saved;
     apt_mod_set_chanenablestate enable;
+    apt_mod_set_digoutputs outputs;
 
     switch (apt_id_of(frame)) {
     case APT_MOD_IDENTIFY_ID:
@@ -136,6 +137,12 @@ static bool obey(struct firmware *it, const uint8_t *frame, size_t size)
     case APT_MOD_SET_CHANENABLESTATE_ID:
         if (apt_mod_set_chanenablestate_decode(frame, size, &enable) == APT_OK && enable.chan_ident == CHANNEL) {
             motion_enable(&it->motion, enable.enable_state == APT_ENABLE_STATE_ENABLE);
+        }
+        return true;
+    case APT_MOD_SET_DIGOUTPUTS_ID:
+        if (UNIT.has_outputs && apt_mod_set_digoutputs_decode(frame, size, &outputs) == APT_OK) {
+            it->outputs = outputs.bit;
+            firmware_outputs(outputs.bit);
         }
         return true;
     case APT_MOT_SET_POSCOUNTER_ID:
@@ -164,6 +171,7 @@ static void answer(const struct firmware *it, const uint8_t *frame)
     const struct motion *motion = &it->motion;
     const apt_addresses back = apt_reply_to(frame);
     const apt_hub_get_bayused bay = {APT_HUB_BAY_STANDALONE, 0};
+    const apt_mod_get_digoutputs outputs = {it->outputs, 0};
     const uint8_t enabled = motion->enabled ? APT_ENABLE_STATE_ENABLE : APT_ENABLE_STATE_DISABLE;
     const apt_mod_get_chanenablestate enable = {CHANNEL, enabled};
     const apt_mot_get_poscounter position = {CHANNEL, motor_position(&motion->motor)};
@@ -176,6 +184,8 @@ static void answer(const struct firmware *it, const uint8_t *frame)
         SEND(hw_get_info, HW_GET_INFO, &UNIT.info, back);
     } else if (id == APT_HUB_REQ_BAYUSED_ID && UNIT.usb) {
         SEND(hub_get_bayused, HUB_GET_BAYUSED, &bay, back);
+    } else if (id == APT_MOD_REQ_DIGOUTPUTS_ID && UNIT.has_outputs) {
+        SEND(mod_get_digoutputs, MOD_GET_DIGOUTPUTS, &outputs, back);
     }
     if (frame[2] != CHANNEL) {
         return;
@@ -242,6 +252,7 @@ void firmware_init(struct firmware *it)
     it->updates = false;
     it->unacknowledged = 0U;
     it->lit = false;
+    it->outputs = 0U;
     settings_init();
     motion_init(&it->motion);
 }

@@ -1,6 +1,6 @@
 /*
  * A motor controller in one loop. It needs no operating system and no C library, only the functions that
- * each platform defines: its line, its timer, its EEPROM and its lamp.
+ * each platform defines: its line, its timer, its EEPROM, its outputs and its lamp.
  */
 #ifndef FIRMWARE_H
 #define FIRMWARE_H
@@ -23,6 +23,9 @@ bool firmware_load(size_t at, uint8_t *bytes, size_t size);
 /** Write bytes to the EEPROM. */
 void firmware_save(size_t at, const uint8_t *bytes, size_t size);
 
+/** Switch the digital outputs on or off: one bit each. */
+void firmware_outputs(uint8_t bits);
+
 /** Switch the lamp on the front panel on or off. */
 void firmware_lamp(bool lit);
 
@@ -39,6 +42,7 @@ struct firmware {
     bool updates;
     uint8_t unacknowledged; /* status messages since the last keep-alive message */
     bool lit; /* the lamp */
+    uint8_t outputs; /* that are on */
 };
 
 /** Initialise the controller with the motor at rest, and the settings from the EEPROM. */

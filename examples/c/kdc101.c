@@ -1,5 +1,6 @@
 /*
- * A complete unit: a KDC101 with an MTS25-Z8, with all messages that Issue 37 lists for it (pages 8 and 9).
+ * A complete unit: a KDC101 with an MTS25-Z8, with all messages that Issue 37 lists for it (pages 8 and 9),
+ * and the digital outputs, which page 141 assigns to its trigger ports.
  * The parameters of the PID loop, of the top panel and of the trigger ports are kept, but have no effect:
  * there is no motor, no panel and no port.
  */
@@ -148,11 +149,12 @@ const struct unit UNIT = {
         .type = 16, /* the vendor's XA software expects it */
         .software_version = {0, 0, 1, 0},
         .notes = "made up, without a motor",
-        .stage_id = 7, /* the vendor's XA software takes this stage for an MTS25-Z8 */
+        .stage_id = 7, /* an MTS25-Z8 for the vendor's XA software */
         .nchs = 1,
     },
     .address = 0x50,
     .usb = true,
+    .has_outputs = true, /* the trigger ports, in a mode for outputs */
     .cycles = 3000, /* of 2048/6 us, as page 39 says */
     .stage = {.travel = MM(25), .place = MM(3)},
     .status_bits = STATUS_BITS,

@@ -81,9 +81,14 @@ void firmware_save(size_t at, const uint8_t *bytes, size_t size)
     }
 }
 
+void firmware_outputs(uint8_t bits)
+{
+    (void)bits; /* a computer has none */
+}
+
 void firmware_lamp(bool lit)
 {
-    (void)lit; /* a computer has none */
+    (void)lit;
 }
 
 /* Open a pseudo-terminal in raw mode. Its other end stays open, like a connected cable. */

@@ -17,6 +17,7 @@ struct unit {
     apt_hw_get_info info;
     uint8_t address;
     bool usb; /* it requires keep-alive messages, and can be in a hub for USB */
+    bool has_outputs; /* digital outputs */
     uint16_t cycles; /* number of servo cycles in 1.024 s */
     struct stage stage;
     uint32_t status_bits; /* that it reports; the others are 0 */

@@ -14,6 +14,7 @@ static size_t received;
 static uint8_t to_host[MOST];
 static size_t sent;
 static uint8_t eeprom[MOST]; /* its power-on state is that of a new chip: no valid frame */
+static uint8_t outputs;
 static bool lit;
 
 size_t firmware_read(uint8_t *bytes, size_t cap)
@@ -49,6 +50,11 @@ void firmware_save(size_t at, const uint8_t *bytes, size_t size)
     memcpy(eeprom + at, bytes, size);
 }
 
+void firmware_outputs(uint8_t bits)
+{
+    outputs = bits;
+}
+
 void firmware_lamp(bool is_lit)
 {
     lit = is_lit;
@@ -60,6 +66,7 @@ size_t stepped_read(uint32_t until, uint8_t *bytes);
 uint32_t stepped_cycles(void);
 uint32_t stepped_rate(void);
 int stepped_lamp(void);
+int stepped_outputs(void);
 
 void stepped_begin(void)
 {
@@ -83,6 +90,11 @@ uint32_t stepped_rate(void)
 int stepped_lamp(void)
 {
     return lit;
+}
+
+int stepped_outputs(void)
+{
+    return outputs;
 }
 
 int stepped_write(const uint8_t *bytes, size_t size)
