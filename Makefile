@@ -13,6 +13,7 @@
 #   make fuzz      thirty million executions of the codecs, all kinds of user input for the command, and all kinds
 #                  of bytes for the virtual controllers
 # For a release, make archives builds the sdist, the wheel and the C archive in dist/.
+#   make interop   third-party clients drive virtual controllers, among them the vendor's XA SDK; no part of make test
 # The targets use separate virtual environments below .venv/.
 
 PYTHON ?= python3
@@ -43,7 +44,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Steps run one after the other; pytest uses all cores.
 .NOTPARALLEL:
 
-.PHONY: demo test test-all checks units others matrix proofs budget coverage tools generate format archives c-sizes bench soak fuzz clean
+.PHONY: demo test test-all checks units others matrix proofs budget coverage tools generate format archives c-sizes bench soak fuzz interop clean
 
 demo: .venv/demo/ready
 	@echo "== the spec: schemas, layouts, witness, errata"
@@ -126,6 +127,10 @@ fuzz: .venv/fuzz/ready tools
 	.venv/fuzz/bin/python tests/fuzz/user_input.py --seconds $(SECONDS) --seed $(SEED)
 	.venv/fuzz/bin/python tests/fuzz/virtual_controllers.py --seconds $(SECONDS) --seed $(SEED)
 
+# Third-party software is never needed by the product: a package that cannot be installed is only reported.
+interop: .venv/interop/ready
+	.venv/interop/bin/python interop/run.py
+
 .venv/demo/ready: pyproject.toml
 	$(call environment,demo,generator)
 
@@ -137,6 +142,13 @@ fuzz: .venv/fuzz/ready tools
 
 .venv/fuzz/ready: pyproject.toml
 	$(call environment,fuzz,fuzz)
+
+.venv/interop/ready: pyproject.toml interop/requirements.txt
+	$(call environment,interop,conformance)
+	@grep -v '^ *\(#\|$$\)' interop/requirements.txt | while read -r package; do \
+		.venv/interop/bin/python -m pip install -qq --disable-pip-version-check "$$package" \
+			|| echo "not installed: $$package"; \
+	done
 
 # $(1) is the environment, $(2) the extra. The environment is recreated when pyproject.toml changes.
 define environment

@@ -427,8 +427,9 @@ GROUPS: tuple[Group, ...] = (
                 "stages of a unit that contradict the scales in stages.yaml",
                 "A stage was added to a unit without scales for it, or scales without adding the stage to "
                 "the unit. Or a unit is in the wrong group of `controllers`, or has a `built_in` stage that "
-                "it does not drive.",
-                "correct `stages` of the unit, or the group of `controllers` in stages.yaml",
+                "it does not drive. Or the message with its `reports_stage` is not one of its messages, or "
+                "two of its stages have the same id there.",
+                "correct `stages` of the unit, the group of `controllers`, or the `ids` in stages.yaml",
             ),
         },
     ),

@@ -92,6 +92,16 @@ class Limit:
 
 
 @dataclass(frozen=True, slots=True)
+class StageId:
+    """The number of a stage in a field of a message."""
+
+    id: int
+    source: str
+    page: int | None
+    overlay: str = field(default="", compare=False)  # whose document has the page
+
+
+@dataclass(frozen=True, slots=True)
 class Stage:
     """A stage: its exact factors for each controller, and its limits; a text states why one is unknown.
 
@@ -108,3 +118,4 @@ class Stage:
     catalogue: tuple[str, ...] = ()  # names in the catalogue of the vendor
     rotary: bool = False
     axis: str = ""  # of a device with several axes, each a stage of its own
+    ids: Mapping[str, StageId] = field(default_factory=dict)  # MESSAGE.field -> its number there

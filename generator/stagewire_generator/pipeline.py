@@ -21,6 +21,7 @@ from stagewire_generator.lint.layouts import (
     check_pages,
 )
 from stagewire_generator.lint.names import check_names
+from stagewire_generator.lint.stages import check_stages
 from stagewire_generator.lint.units import check_units
 from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.model import Protocol
@@ -211,6 +212,7 @@ def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
     check_effects(protocol, diagnostics)
     if units is not None and diagnostics.reported == before:  # so all references are valid
         check_units(protocol, units, diagnostics)
+        check_stages(protocol, units, diagnostics)
         check_contexts(protocol, files["protocol"][0], diagnostics)
     return protocol
 

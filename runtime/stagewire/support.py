@@ -64,7 +64,16 @@ if TYPE_CHECKING:
         Stored,
     )
     from stagewire._devices.tables import Command as DeviceCommand
-    from stagewire._devices.unit import Alias, Facts, Hindrance, Setting, Told, Unit, Unsupported
+    from stagewire._devices.unit import (
+        Alias,
+        Facts,
+        Hindrance,
+        Setting,
+        StageReport,
+        Told,
+        Unit,
+        Unsupported,
+    )
     from stagewire._devices.values import (
         Bits,
         BitsByUnit,
@@ -182,6 +191,7 @@ __all__ = [
     "SingleChannelDevice",
     "SingleChannelModule",
     "Stage",
+    "StageReport",
     "Stored",
     "Sum",
     "Told",
@@ -227,7 +237,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
                 "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Stored"
             ),
             "_devices.scales": "ByCase BySetting ByStage ByUnit Rule",
-            "_devices.unit": "Alias Facts Hindrance Setting Told Unit Unsupported",
+            "_devices.unit": "Alias Facts Hindrance Setting StageReport Told Unit Unsupported",
             "_sessions.options": "Ends",
             "quantities": (
                 "EndlessTravel Limit Number Scale ScaleConflict Stage UnknownLimit UnknownScale"

@@ -6,6 +6,7 @@ The counts are computed from the figures that pages 39 to 41, 122 and 149 print,
 from __future__ import annotations
 
 import ast
+import json
 import os
 import runpy
 import subprocess
@@ -202,3 +203,33 @@ for unit in (TDC001, BSC101, BBD103):
 def test_a_stage_is_found_by_its_name_in_the_catalogue(stages: dict[str, Stage]) -> None:
     for name, wanted in (("MTS50/M-Z8", "MTS50_Z8"), ("PRM1Z8", "PRM1_Z8"), ("ZST6(B)", "ZST6")):
         assert [stage.name for stage in stages.values() if name in stage.catalogue] == [wanted]
+
+
+def test_a_stage_has_the_number_that_controllers_report(stages: dict[str, Stage]) -> None:
+    found: dict[str, dict[int, list[str]]] = {}
+    for name, stage in stages.items():
+        for field, number in stage.ids.items():
+            found.setdefault(field, {}).setdefault(number, []).append(name)
+    assert found["HW_GET_INFO.stage_id"] == {
+        2: ["Z606"], 3: ["Z612"], 4: ["Z625"], 5: ["CR1_Z6"], 6: ["PRM1_Z8"], 7: ["MTS25_Z8"],
+        8: ["MTS50_Z8"], 9: ["Z825"], 10: ["Z812"], 11: ["Z806"], 12: ["CR1_Z7"], 13: ["PRMTZ8"],
+        21: ["Z906"], 22: ["Z912"], 23: ["Z925"], 24: ["MTS100_Z8"],
+    }  # fmt: skip
+    assert found["MOT_GET_PMDSTAGEAXISPARAMS.stage_id"] == {
+        0x10: ["MLS203_X"], 0x11: ["MLS203_Y"], 0x13: ["DDS220"], 0x14: ["DDS300"], 0x15: ["DDS600"],
+        0x75: ["DDR100"],
+    }  # fmt: skip
+    assert found["MOT_SET_TSTACTUATORTYPE.actuator_ident"][0x41] == ["ZFS13", "ZFS13B"]
+
+
+def test_the_registry_has_the_evidence_of_an_id(package: Path) -> None:
+    registry = json.loads((package / "stagewire_apt" / "registry.json").read_text(encoding="utf-8"))
+    ids = {stage["name"]: stage.get("ids") for stage in registry["stages"]}
+    assert ids["MTS25_Z8"]["HW_GET_INFO.stage_id"]["evidence"] == ["vendor_program"]
+    assert ids["MLS203_X"]["MOT_GET_PMDSTAGEAXISPARAMS.stage_id"] == {
+        "id": 0x10,
+        "page": 76,
+        "document": "Issue 3",
+    }
+    families = registry["families"]
+    assert families["dc_servo_kcube"]["reports_stage"]["field"] == "HW_GET_INFO.stage_id"

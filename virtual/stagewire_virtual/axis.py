@@ -1,4 +1,4 @@
-"""A simulated axis that moves between the two ends of its travel."""
+"""A simulated axis that moves between the two ends of its travel, or rotates without ends."""
 
 from __future__ import annotations
 
@@ -20,12 +20,16 @@ class SimulatedAxis:
     :param travel: the distance between its ends.
     :param place: its first position, limited to the travel.
     :param below: how far it can move below the lower end before it stops hard.
+    :param endless: whether it has no ends: ``travel`` is then a turn, and positions count on after it.
     """
 
-    def __init__(self, clock: Clock, travel: int, place: int, *, below: int = 0) -> None:
+    def __init__(
+        self, clock: Clock, travel: int, place: int, *, below: int = 0, endless: bool = False
+    ) -> None:
         self._clock = clock
         self.travel = travel
         self.below = below
+        self.endless = endless
         self._place: float = min(max(place, 0), travel)  # valid at rest and while it is held
         self._held = False
         self._profile: Profile | None = None
@@ -43,7 +47,7 @@ class SimulatedAxis:
         if self._profile is None or self._held:
             return self._place
         place = self._profile.position(self._clock.now - self._began)
-        return min(max(place, -self.below), self.travel)
+        return place if self.endless else min(max(place, -self.below), self.travel)
 
     @property
     def velocity(self) -> float:
@@ -110,8 +114,9 @@ class SimulatedAxis:
 
         if profile.duration is not None:
             self._at(profile.duration, arrive)
-        self.watch(self.travel, 1, arrive)
-        self.watch(-self.below, -1, arrive)
+        if not self.endless:
+            self.watch(self.travel, 1, arrive)
+            self.watch(-self.below, -1, arrive)
 
     def watch(self, bound: float, direction: int, callback: Callable[[], None]) -> None:
         """Call ``callback`` when the present profile crosses ``bound`` in a direction."""

@@ -55,7 +55,7 @@ class Options:
         seed.
     :param hardware_type: type in HW_GET_INFO, 0 to 65535; None: that of the unit.
     :param stage_id: bytes 76 and 77 of the payload of HW_GET_INFO, 0 to 65535, in which later controllers
-        report the stage that they drive; None: 0.
+        report the stage that they drive; None: the id of the stage on units that report it there, else 0.
     :param line: USB or RS-232; on RS-232 a controller requires no keep-alive messages.
     :param quirks: names of deviations of real controllers; see
         :mod:`stagewire_virtual.thorlabs_apt.quirks`.

@@ -4031,6 +4031,72 @@ static inline apt_status apt_to_counts_int32(
 #define APT_SCALE_MT1_Z8_KDC101_ACCELERATION \
     APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
+/* MTS100_Z8 (MTS100-Z8): MTS100-Z8 translation stage. TDC001: TDC001. */
+
+/**
+ * position of MTS100_Z8 on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed
+ * as “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_MTS100_Z8_TDC001_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of MTS100_Z8 on TDC001, in mm (Issue 37, page 39): counts_per_mm 107984256/3125.
+ */
+#define APT_SCALE_MTS100_Z8_TDC001_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of MTS100_Z8 on TDC001, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_MTS100_Z8_TDC001_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of MTS100_Z8 on TDC001, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_MTS100_Z8_TDC001_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of MTS100_Z8 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_MTS100_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
+/* MTS100_Z8 (MTS100-Z8): MTS100-Z8 translation stage. KDC101: KDC101. */
+
+/**
+ * position of MTS100_Z8 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125; printed
+ * as “34554.96”; evidence: vendor program; note: 512 x 67.49016 in ThorlabsDefaultSettings.xml
+ * 1.14.52.1 of the vendor; page 98 has 34304, which is 0.73 % less.
+ */
+#define APT_SCALE_MTS100_Z8_KDC101_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * encoder_position of MTS100_Z8 on KDC101, in mm (Issue 37, page 39): counts_per_mm 107984256/3125.
+ */
+#define APT_SCALE_MTS100_Z8_KDC101_ENCODER_POSITION APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * pot_velocity of MTS100_Z8 on KDC101, in mm/s (Issue 37, page 98): counts_per_mm_per_s
+ * 107984256/3125.
+ */
+#define APT_SCALE_MTS100_Z8_KDC101_POT_VELOCITY APT_BRACED(INT64_C(107984256), INT64_C(3125))
+
+/**
+ * velocity of MTS100_Z8 on KDC101, in mm/s (Issue 37, page 39): counts_per_mm_per_s
+ * 37743233073152/48828125; printed as “772981.3692”.
+ */
+#define APT_SCALE_MTS100_Z8_KDC101_VELOCITY APT_BRACED(INT64_C(37743233073152), INT64_C(48828125))
+
+/**
+ * acceleration of MTS100_Z8 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
+ * 603891729170432/2288818359375; printed as “263.8443072”.
+ */
+#define APT_SCALE_MTS100_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+
 /* MTS25: MTS25 translation stage with a Z6 motor. TDC001: TDC001. */
 
 /**

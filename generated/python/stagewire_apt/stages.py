@@ -74,6 +74,7 @@ __all__ = [
     "MTS25_Z8",
     "MTS50",
     "MTS50_Z8",
+    "MTS100_Z8",
     "MVSN1",
     "MVW1",
     "NR360",
@@ -1180,27 +1181,7 @@ _MT1_Z8_ON_TDC001: dict[str, Scale] = {
     ),
 }
 
-_MTS25_ON_TDC001: dict[str, Scale] = {
-    "position": Scale.counts_per("mm", 24576, 1, printed="24600", source="Issue 37, page 39"),
-    "encoder_position": Scale.counts_per("mm", 24576, 1, source="Issue 37, page 39"),
-    "pot_velocity": Scale.counts_per("mm/s", 24576, 1, source="Issue 37, page 98"),
-    "velocity": Scale.counts_per(
-        "mm/s",
-        8589934592,
-        15625,
-        printed="550292.68",
-        source="Issue 37, page 39",
-    ),
-    "acceleration": Scale.counts_per(
-        "mm/s^2",
-        137438953472,
-        732421875,
-        printed="187.83",
-        source="Issue 37, page 39",
-    ),
-}
-
-_MTS25_Z8_ON_TDC001: dict[str, Scale] = {
+_MTS100_Z8_ON_TDC001: dict[str, Scale] = {
     "position": Scale.counts_per(
         "mm",
         107984256,
@@ -1222,6 +1203,26 @@ _MTS25_Z8_ON_TDC001: dict[str, Scale] = {
         603891729170432,
         2288818359375,
         printed="263.8443072",
+        source="Issue 37, page 39",
+    ),
+}
+
+_MTS25_ON_TDC001: dict[str, Scale] = {
+    "position": Scale.counts_per("mm", 24576, 1, printed="24600", source="Issue 37, page 39"),
+    "encoder_position": Scale.counts_per("mm", 24576, 1, source="Issue 37, page 39"),
+    "pot_velocity": Scale.counts_per("mm/s", 24576, 1, source="Issue 37, page 98"),
+    "velocity": Scale.counts_per(
+        "mm/s",
+        8589934592,
+        15625,
+        printed="550292.68",
+        source="Issue 37, page 39",
+    ),
+    "acceleration": Scale.counts_per(
+        "mm/s^2",
+        137438953472,
+        732421875,
+        printed="187.83",
         source="Issue 37, page 39",
     ),
 }
@@ -2077,6 +2078,7 @@ CR1_Z6 = Stage(
     },
     catalogue=("CR1-Z6",),
     rotary=True,
+    ids={"HW_GET_INFO.stage_id": 0x05},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -2109,6 +2111,7 @@ CR1_Z7 = Stage(
     },
     catalogue=("CR1-Z7",),
     rotary=True,
+    ids={"HW_GET_INFO.stage_id": 0x0C},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -2281,6 +2284,7 @@ DDR100 = Stage(
     },
     catalogue=("DDR100", "DDR100/M"),
     rotary=True,
+    ids={"MOT_GET_PMDSTAGEAXISPARAMS.stage_id": 0x75},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -2592,6 +2596,7 @@ DDS220 = Stage(
         ),
     },
     catalogue=("DDS220", "DDS220/M"),
+    ids={"MOT_GET_PMDSTAGEAXISPARAMS.stage_id": 0x13},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -2627,6 +2632,7 @@ DDS300 = Stage(
         ),
     },
     catalogue=("DDS300", "DDS300/M"),
+    ids={"MOT_GET_PMDSTAGEAXISPARAMS.stage_id": 0x14},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -2662,6 +2668,7 @@ DDS600 = Stage(
         ),
     },
     catalogue=("DDS600", "DDS600/M"),
+    ids={"MOT_GET_PMDSTAGEAXISPARAMS.stage_id": 0x15},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -3011,6 +3018,7 @@ DRV013 = Stage(
         ),
     },
     catalogue=("DRV013", "17DRV013"),
+    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x50},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -3040,6 +3048,7 @@ DRV014 = Stage(
         ),
     },
     catalogue=("DRV014", "17DRV014"),
+    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x51},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -3425,6 +3434,7 @@ FW103 = Stage(
     },
     catalogue=("FW103", "FW103/M"),
     rotary=True,
+    ids={"HW_GET_INFO.mod_state": 0x75},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -4961,6 +4971,7 @@ MLS203_X = Stage(
         "max_velocity": Limit.of("200", "mm/s", source="Issue 3, page 76"),
         "max_acceleration": Limit.of("2000", "mm/s^2", source="Issue 3, page 76"),
     },
+    ids={"MOT_GET_PMDSTAGEAXISPARAMS.stage_id": 0x10},
 )
 
 # Issue 3, page 14
@@ -4983,6 +4994,7 @@ MLS203_Y = Stage(
         "max_velocity": Limit.of("200", "mm/s", source="Issue 3, page 76"),
         "max_acceleration": Limit.of("2000", "mm/s^2", source="Issue 3, page 76"),
     },
+    ids={"MOT_GET_PMDSTAGEAXISPARAMS.stage_id": 0x11},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -5016,6 +5028,36 @@ MT1_Z8 = Stage(
         ),
     },
     catalogue=("MT1-Z8",),
+)
+
+# Issue 37, page 39; evidence: vendor program
+MTS100_Z8 = Stage(
+    "MTS100_Z8",
+    "MTS100-Z8 translation stage",
+    page=39,
+    scales={
+        "TDC001": _MTS100_Z8_ON_TDC001,
+        "KDC101": _MTS100_Z8_ON_TDC001,
+    },
+    controllers={
+        "TDC001": ("TDC001",),
+        "KDC101": ("KDC101",),
+    },
+    limits={
+        "travel": Limit.of("100", "mm", source="thorlabs_xa 1.9.1.28993, MTS100Z8"),
+        "max_velocity": Limit.of(
+            "2.4",
+            "mm/s",
+            source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MTS50-Z8",
+        ),
+        "max_acceleration": Limit.of(
+            "4.5",
+            "mm/s^2",
+            source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MTS50-Z8",
+        ),
+    },
+    catalogue=("MTS100-Z8",),
+    ids={"HW_GET_INFO.stage_id": 0x18},
 )
 
 # Issue 37, page 39; evidence: vendor program and independent driver
@@ -5056,8 +5098,8 @@ MTS25_Z8 = Stage(
     "MTS25-Z8 translation stage",
     page=39,
     scales={
-        "TDC001": _MTS25_Z8_ON_TDC001,
-        "KDC101": _MTS25_Z8_ON_TDC001,
+        "TDC001": _MTS100_Z8_ON_TDC001,
+        "KDC101": _MTS100_Z8_ON_TDC001,
     },
     controllers={
         "TDC001": ("TDC001",),
@@ -5081,6 +5123,7 @@ MTS25_Z8 = Stage(
         ),
     },
     catalogue=("MTS25-Z8", "MTS25/M-Z8"),
+    ids={"HW_GET_INFO.stage_id": 0x07},
 )
 
 # Issue 37, page 39; evidence: vendor program and independent driver
@@ -5121,8 +5164,8 @@ MTS50_Z8 = Stage(
     "MTS50-Z8 translation stage",
     page=39,
     scales={
-        "TDC001": _MTS25_Z8_ON_TDC001,
-        "KDC101": _MTS25_Z8_ON_TDC001,
+        "TDC001": _MTS100_Z8_ON_TDC001,
+        "KDC101": _MTS100_Z8_ON_TDC001,
     },
     controllers={
         "TDC001": ("TDC001",),
@@ -5146,6 +5189,7 @@ MTS50_Z8 = Stage(
         ),
     },
     catalogue=("MTS50-Z8", "MTS50/M-Z8"),
+    ids={"HW_GET_INFO.stage_id": 0x08},
 )
 
 # Issue 37, page 41; evidence: vendor program
@@ -5205,6 +5249,7 @@ MVSN1 = Stage(
         ),
     },
     catalogue=("MVSN1",),
+    ids={"HW_GET_INFO.mod_state": 0x43},
 )
 
 # Issue 37, page 41; evidence: vendor program
@@ -5264,6 +5309,7 @@ MVW1 = Stage(
         ),
     },
     catalogue=("MVW1",),
+    ids={"HW_GET_INFO.mod_state": 0x44},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -6424,6 +6470,7 @@ PRM1_Z8 = Stage(
     },
     catalogue=("PRM1-Z8", "PRM1/M-Z8", "PRM1Z8", "PRM1/MZ8"),
     rotary=True,
+    ids={"HW_GET_INFO.stage_id": 0x06},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -6456,6 +6503,7 @@ PRMTZ8 = Stage(
     },
     catalogue=("PRMTZ8", "PRMTZ8/M"),
     rotary=True,
+    ids={"HW_GET_INFO.stage_id": 0x0D},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -6745,6 +6793,7 @@ Z606 = Stage(
         ),
     },
     catalogue=("Z606", "Z606(B)"),
+    ids={"HW_GET_INFO.stage_id": 0x02},
 )
 
 # Issue 37, page 39; evidence: vendor program and independent driver
@@ -6778,6 +6827,7 @@ Z612 = Stage(
         ),
     },
     catalogue=("Z612", "Z612(B)"),
+    ids={"HW_GET_INFO.stage_id": 0x03},
 )
 
 # Issue 37, page 39; evidence: vendor program and independent driver
@@ -6811,6 +6861,7 @@ Z625 = Stage(
         ),
     },
     catalogue=("Z625", "Z625(B)"),
+    ids={"HW_GET_INFO.stage_id": 0x04},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -6885,7 +6936,7 @@ Z8 = Stage(
     page=56,
     scales={
         "TDC001": _Z8_ON_TDC001,
-        "KDC101": _MTS25_Z8_ON_TDC001,
+        "KDC101": _MTS100_Z8_ON_TDC001,
     },
     controllers={
         "TDC001": ("TDC001",),
@@ -6921,7 +6972,7 @@ Z806 = Stage(
     page=56,
     scales={
         "TDC001": _Z8_ON_TDC001,
-        "KDC101": _MTS25_Z8_ON_TDC001,
+        "KDC101": _MTS100_Z8_ON_TDC001,
     },
     controllers={
         "TDC001": ("TDC001",),
@@ -6946,6 +6997,7 @@ Z806 = Stage(
             ),
         ),
     },
+    ids={"HW_GET_INFO.stage_id": 0x0B},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -6987,7 +7039,7 @@ Z812 = Stage(
     page=56,
     scales={
         "TDC001": _Z8_ON_TDC001,
-        "KDC101": _MTS25_Z8_ON_TDC001,
+        "KDC101": _MTS100_Z8_ON_TDC001,
     },
     controllers={
         "TDC001": ("TDC001",),
@@ -7016,6 +7068,7 @@ Z812 = Stage(
             ),
         ),
     },
+    ids={"HW_GET_INFO.stage_id": 0x0A},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -7121,7 +7174,7 @@ Z825 = Stage(
     page=56,
     scales={
         "TDC001": _Z8_ON_TDC001,
-        "KDC101": _MTS25_Z8_ON_TDC001,
+        "KDC101": _MTS100_Z8_ON_TDC001,
     },
     controllers={
         "TDC001": ("TDC001",),
@@ -7150,6 +7203,7 @@ Z825 = Stage(
             ),
         ),
     },
+    ids={"HW_GET_INFO.stage_id": 0x09},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -7306,6 +7360,7 @@ Z906 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z906",
         ),
     },
+    ids={"HW_GET_INFO.stage_id": 0x15},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -7370,6 +7425,7 @@ Z912 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z912",
         ),
     },
+    ids={"HW_GET_INFO.stage_id": 0x16},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -7498,6 +7554,7 @@ Z925 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z925",
         ),
     },
+    ids={"HW_GET_INFO.stage_id": 0x17},
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -7657,6 +7714,7 @@ ZFS06 = Stage(
         ),
     },
     catalogue=("ZFS06", "ZFS6", "ZFS6(B)", "ZFS206"),
+    ids={"HW_GET_INFO.mod_state": 0x40, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x40},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -7686,6 +7744,7 @@ ZFS13 = Stage(
         ),
     },
     catalogue=("ZFS13", "ZFS13(B)", "ZFS213"),
+    ids={"HW_GET_INFO.mod_state": 0x41, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x41},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -7715,6 +7774,7 @@ ZFS13B = Stage(
         ),
     },
     catalogue=("ZFS13B",),
+    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x41},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -7744,6 +7804,7 @@ ZFS25B = Stage(
         ),
     },
     catalogue=("ZFS25B", "ZFS25(B)", "ZFS25", "ZFS225"),
+    ids={"HW_GET_INFO.mod_state": 0x42, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x42},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -7935,6 +7996,7 @@ ZST13 = Stage(
         ),
     },
     catalogue=("ZST13", "ZST13B", "ZST13(B)"),
+    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x21},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -7964,6 +8026,7 @@ ZST206 = Stage(
         ),
     },
     catalogue=("ZST206", "ZST206(B)"),
+    ids={"HW_GET_INFO.mod_state": 0x30, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x30},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -7993,6 +8056,7 @@ ZST213 = Stage(
         ),
     },
     catalogue=("ZST213", "ZST213(B)"),
+    ids={"HW_GET_INFO.mod_state": 0x31, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x31},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -8022,6 +8086,7 @@ ZST213B = Stage(
         ),
     },
     catalogue=("ZST213B",),
+    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x31},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -8051,6 +8116,7 @@ ZST225B = Stage(
         ),
     },
     catalogue=("ZST225B", "ZST225(B)", "ZST225"),
+    ids={"HW_GET_INFO.mod_state": 0x32, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x32},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -8208,6 +8274,7 @@ ZST25 = Stage(
         ),
     },
     catalogue=("ZST25", "ZST25B", "ZST25(B)"),
+    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x22},
 )
 
 # Issue 37, page 40; evidence: vendor program
@@ -8365,4 +8432,5 @@ ZST6 = Stage(
         ),
     },
     catalogue=("ZST6", "ZST6B", "ZST6(B)"),
+    ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x20},
 )

@@ -134,6 +134,8 @@ _EXCHANGE = Data(
         "ends_when/value": "exchange",
     }
 )
+_WITH_SOURCE = ("units/*/hardware_type", "units/*/sends/*", "units/*/also_at", "units/*/baud_rates",
+                "families/*/reports_stage", "families/*/also_at", "families/*/pause")  # fmt: skip
 _HINDERS = Data({"cause": "hindrance", "when": "hindrance", "limit": "hindrance"})
 _CALL = Data({"name": "call", "defaults/*": Entries("field", "call-default", "call-default")})
 _SETTINGS = Data(
@@ -155,13 +157,12 @@ _UNITS = Data(
         "units/*/title": "text",
         "units/*/note": "text",
         "units/*/page": "page",
+        **{f"{entry}/source": "text" for entry in _WITH_SOURCE},
         "units/*/usb_prefix": "unit-prefix",
         "units/*/card_usb_prefix": "unit-prefix",
         "units/*/hardware_type/value": "hardware-type",
-        "units/*/hardware_type/source": "text",
         "units/*/sends/*": Entries("message", "unit-messages", "unit-messages"),
         "units/*/sends/*/form": "unit-messages",
-        "units/*/sends/*/source": "text",
         "units/*/reported_as/*": Entries("model", "unit-model", "unit-model"),
         "units/*/address": "unit-address",
         "units/*/channels": "unit-channels",
@@ -176,10 +177,8 @@ _UNITS = Data(
         "units/*/built_in": Names("unit-stages", "stage"),
         "units/*/serial_digits": "unit-prefix",
         "units/*/also_at/addresses": "unit-also-at",
-        "units/*/also_at/source": "text",
         "units/*/update_rate_hz": "unit-rate",
         "units/*/baud_rates/values": "unit-baud-rates",
-        "units/*/baud_rates/source": "text",
         "units/*/keep_alive": Names("unit-keep-alive", "message"),
         "families/*": Entries("family", "family-added", "family-removed"),
         "families/*/overlay": _OVERLAY,
@@ -188,9 +187,9 @@ _UNITS = Data(
         "families/*/messages": Names("list-messages", "message"),
         "families/*/like": "list-messages",
         "families/*/also_at/addresses": "unit-also-at",
-        "families/*/also_at/source": "text",
+        "families/*/reports_stage/field": "stage-id",
+        "families/*/reports_stage/page": "page",
         "families/*/pause/ms": "unit-pause",
-        "families/*/pause/source": "text",
         "lists/*": Entries("list", "list-added", "list-removed"),
         "lists/*/overlay": _OVERLAY,
         "lists/*/title": "text",
@@ -450,7 +449,9 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "catalogue": "stage-catalogue",
         "rotary": "quantity-unit",
         "axis": "stage-catalogue",
+        "ids": Elsewhere("scales"),
     },
+    model_scales.StageId: {"id": "stage-id", "source": "text", "page": "page", "overlay": _OVERLAY},
     model_scales.Limit: {
         "value": "stage-limit",
         "unit": "stage-limit",

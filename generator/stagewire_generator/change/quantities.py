@@ -17,6 +17,7 @@ from stagewire_generator.model_scales import (
     Factor,
     Limit,
     Stage,
+    StageId,
 )
 
 Table = TypeVar("Table", Enumeration, FlagTable)
@@ -87,6 +88,8 @@ def compare_scales(comparison: Comparison) -> None:
             _limit(
                 comparison, {**where, "limit": name}, one.limits.get(name), other.limits.get(name)
             )
+        for name in (*one.ids, *(name for name in other.ids if name not in one.ids)):
+            _id(comparison, {**where, "field": name}, one.ids.get(name), other.ids.get(name))
 
 
 def _stage(comparison: Comparison, where: Where, old: Stage, new: Stage) -> None:
@@ -117,6 +120,14 @@ def _limit(
     if before != after:
         known = isinstance(old, Limit) or isinstance(new, Limit)
         comparison.add("stage-limit" if known else "limit-note", where, before, after)
+
+
+def _id(comparison: Comparison, where: Where, old: StageId | None, new: StageId | None) -> None:
+    """Compare the numbers of a stage in a field, one of which may be missing."""
+    if old and new:
+        comparison.attributes(where, old, new)
+    else:
+        comparison.add("stage-id", where, old and old.id, new and new.id)
 
 
 def _limited(limit: Limit) -> str:

@@ -1,4 +1,4 @@
-"""Check that the facts about units agree: messages, status, addresses, bays, stages and serial numbers.
+"""Check that the facts about units agree: messages, status, addresses, bays and serial numbers.
 
 All names are known here: ``lint/names.py`` reports those that are not.
 """
@@ -13,10 +13,6 @@ from stagewire_generator.model import (
     Message,
     Protocol,
     firmware_parts,
-)
-from stagewire_generator.model_scales import (
-    Conflict,
-    Factor,
 )
 from stagewire_generator.strict_yaml import Document
 
@@ -33,8 +29,6 @@ def check_units(protocol: Protocol, document: Document, diagnostics: Diagnostics
     rules.contexts()
     if "addresses" in protocol.units and "devices" in protocol.framing:
         rules.addresses()
-    rules.stages()
-    rules.groups()
     rules.prefixes()
 
 
@@ -231,80 +225,6 @@ class _Rules:
             if unit.get("bays", 0) > bays["count"]:
                 what = f"{unit['bays']}, but `addresses` has {bays['count']} bays"
                 self.refuse("SW082", ("units", name, "bays"), what)
-
-    def stages(self) -> None:
-        """Check that a unit lists the stages with scales on it, and no others.
-
-        A group of controllers may still list a unit under ``aliases``, which need not list their stages.
-        """
-        for name, unit in self.units.items():
-            usable: dict[str, str] = {}  # stage -> the group with its scales
-            missing: dict[str, str] = {}
-            for group in (g for g in self.protocol.controllers if name in g.members):
-                for stage in self.protocol.stages:
-                    scales = stage.scales.get(group.name, {}).values()
-                    if any(isinstance(s, Factor | Conflict) for s in scales):
-                        usable[stage.name] = group.name
-                        if name in group.units and stage.name not in unit["stages"]:
-                            missing[stage.name] = group.name
-            path = ("units", name, "stages")
-            for index, listed in enumerate(unit["stages"]):
-                if listed not in usable:
-                    what = f"{listed} has no scale on {name}"
-                    hint = (
-                        f"remove it, or add {name} to a group under `controllers` in stages.yaml "
-                        f"on which {listed} has scales"
-                    )
-                    self.refuse("SW084", (*path, index), what, hint)
-            if "built_in" in unit and unit["built_in"] not in unit["stages"]:
-                what = f"{unit['built_in']} is not one of its stages"
-                self.refuse("SW084", ("units", name, "built_in"), what, "add it to `stages`")
-            if "fewer_stages" in unit and not missing:
-                what = "the unit has all stages with scales on it"
-                self.refuse("SW084", ("units", name, "fewer_stages"), what, "remove it")
-                continue
-            for stage_name, group_name in () if "fewer_stages" in unit else missing.items():
-                what = f"{stage_name} is not listed, but has scales on {name} in stages.yaml"
-                hint = (
-                    f"add it, remove {name} from the group {group_name}, or give the reason in "
-                    "`fewer_stages`"
-                )
-                self.refuse("SW084", path, what, hint)
-
-    def _moved(self, unit: Json) -> set[str]:
-        """Return the quantities of the targets of a unit that have a scale for each stage."""
-        return {
-            field.quantity.name
-            for name in self.protocol.messages_of(unit)
-            for layout in self.of_name[name].layouts
-            for field in layout.all_fields
-            if field.target and field.quantity and field.quantity.rule.get("by") == "stage"
-        }
-
-    def groups(self) -> None:
-        """Check that the units of a group report the same status, and have the scales by which they move."""
-        aliases = self.protocol.units.get("aliases", {})
-        for group in self.protocol.controllers:
-            like = {name: aliases.get(name, {}).get("like", name) for name in group.members}
-            units = {name: self.units[like[name]] for name in like if like[name] in self.units}
-            seen: dict[str, str] = {}
-            for name, unit in units.items():
-                if "status" in unit:
-                    seen.setdefault(unit["status"], name)
-            if len(seen) > 1:
-                shown = " and ".join(f"{name} {status}" for status, name in seen.items())
-                what = f"controllers.{group.name}: its units report different statuses: {shown}"
-                self.diagnostics.add(
-                    group.place, "SW084", what, "move one of them to another group"
-                )
-            moved = set().union(*map(self._moved, units.values()))
-            for stage in self.protocol.stages:
-                for quantity in sorted(moved - {*stage.scales.get(group.name, moved)}):
-                    what = f"stages.{stage.name}: no scale of {quantity} on {group.name}"
-                    hint = (
-                        "add it: units of this group move by it. Or write `unknown` with the reason"
-                    )
-                    self.diagnostics.add(stage.place, "SW084", what, hint)
 
     def prefixes(self) -> None:
         """Check that units with the same prefix are alike, and that a unit has one prefix."""

@@ -1,4 +1,4 @@
-"""Resolve evidence: the entries that it names, and the scales and limits that cite a source."""
+"""Resolve evidence: the entries that it names, and the facts about stages that cite a source."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def resolve_evidence(tables: Tables, stages: Iterable[Stage]) -> EvidenceTable:
         cited = {source.id: source for source in table.cited(*_texts(stage))}
         used |= cited.keys()
         for id in sorted(cited):
-            shows = Evidence(cited[id], "", "scales and limits that cite it")
+            shows = Evidence(cited[id], "", "scales, limits and ids that cite it")
             found.setdefault(("stages", stage.name), []).append(shows)
     for source in sources.values():
         if source.id not in used and source.overlay == tables.top:
@@ -65,7 +65,7 @@ def resolve_evidence(tables: Tables, stages: Iterable[Stage]) -> EvidenceTable:
 
 
 def _texts(stage: Stage) -> Iterator[str]:
-    """Yield the source and the note of each scale and limit of a stage."""
+    """Yield the source and the note of each scale and limit of a stage, and the source of each id."""
     for scales in stage.scales.values():
         for scale in scales.values():
             factors = [*scale.factors.values()] if isinstance(scale, Conflict) else [scale]
@@ -73,6 +73,7 @@ def _texts(stage: Stage) -> Iterator[str]:
                 yield from () if isinstance(factor, str) else (factor.source, factor.note)
     for limit in stage.limits.values():
         yield from () if isinstance(limit, str) else (limit.source, limit.note)
+    yield from (found.source for found in stage.ids.values())
 
 
 def _entries(tables: Tables, path: str) -> Iterator[tuple[str, str]]:

@@ -18,6 +18,7 @@ from stagewire_generator.model_scales import (
     Limit,
     Quantity,
     Stage,
+    StageId,
 )
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.scales import FACTOR, RATIONAL
@@ -115,6 +116,7 @@ def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage,
                 tuple(entry.get("catalogue", ())),
                 other.rotary,
                 entry.get("axis", ""),
+                _ids(document, name, entry),
             )
     return tuple(controllers.values()), tuple(stages.values())
 
@@ -173,7 +175,21 @@ def _stage(
         tuple(entry.get("catalogue", ())),
         rotary,
         entry.get("axis", ""),
+        _ids(document, name, entry),
     )
+
+
+def _ids(document: Document, stage: str, entry: Json) -> dict[str, StageId]:
+    """Return the numbers of a stage in messages."""
+    return {
+        field: StageId(
+            found["id"],
+            found.get("source", ""),
+            found.get("page"),
+            document.overlay_of("stages", stage, "ids", field),
+        )
+        for field, found in entry.get("ids", {}).items()
+    }
 
 
 def _limits(

@@ -109,6 +109,29 @@ class Hindrance:
     limit: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class StageReport:
+    """Message in which a unit reports the stage on a channel.
+
+    :param query: request for the message.
+    :param field: message and field with the id, as in the ``ids`` of a stage.
+    :param source: origin of the fact, for messages.
+    """
+
+    query: ParameterSet[Any] | Query[Any]
+    field: str
+    source: str
+
+    @property
+    def message(self) -> str:
+        """Name of the message with the id."""
+        return self.field.partition(".")[0]
+
+    def id_in(self, message: Message) -> int:
+        """Return the id in a message."""
+        return int(getattr(message, self.field.partition(".")[2]))
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Unit:
     """A unit of the document.
@@ -128,6 +151,7 @@ class Unit:
     :param alike: prefixes that it shares with units that report the same model.
     :param stages: names of the stages that the document lists for it.
     :param built_in: name of the stage that is built into it; None if there is none.
+    :param reports_stage: message in which it reports its stage; None if it is not known to do so.
     :param pause_ms: pause after a message without a reply; None: unknown.
     :param also_at: other addresses at which it is known to answer.
     :param moving: status message -> its field, and the bits that indicate motion.
@@ -160,6 +184,7 @@ class Unit:
     alike: tuple[int, ...] = ()
     stages: tuple[str, ...] = ()
     built_in: str | None = None
+    reports_stage: StageReport | None = None
     pause_ms: int | None = None
     pause_source: str = ""
     also_at: tuple[int, ...] = ()

@@ -30,7 +30,7 @@ Edit = tuple[
 APT = ROOT / "spec" / "thorlabs_apt"
 UNITS: Json = plain_yaml.read(APT / "units.yaml")
 STAGES: Json = plain_yaml.read(APT / "stages.yaml")
-SEED, DRAWN = "units", 4
+SEED, DRAWN = "units", 5
 
 
 def put(file: str, *path: Any, value: Any) -> Edit:
@@ -164,7 +164,27 @@ def stages_of_another_controller() -> Iterator[Edit]:
             yield without("units.yaml", "units", name, "stages", item=stage)
 
 
+def ids_that_disagree() -> Iterator[Edit]:
+    field = "MOT_GET_PMDSTAGEAXISPARAMS.stage_id"
+    yield put("stages.yaml", "stages", "MLS203_X", "ids", field, "id", value=0x11)
+    yield put(
+        "stages.yaml",
+        "stages",
+        "MLS203_X",
+        "ids",
+        value={"HW_GET_INFO.stage": {"id": 2, "page": 76}},
+    )
+    report = ("families", "brushless_dc", "reports_stage", "field")
+    for name in (
+        "MOT_GET_PMDSTAGEAXISPARAMS.stage",
+        "MOT_MOVE_HOMED.chan_ident",
+        "PZ_GET_IOSETTINGS.chan_ident",
+    ):
+        yield put("units.yaml", *report, value=name)
+
+
 MUTATIONS = [
+    ids_that_disagree,
     prefixes_of_another_unit,
     families_of_another_status,
     lists_of_another_unit,

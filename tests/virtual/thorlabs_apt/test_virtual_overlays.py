@@ -78,13 +78,14 @@ def package(packages: dict[str, Path]) -> Path:
 def test_every_unit_reports_its_hardware_information(
     overlay: str, packages: dict[str, Path]
 ) -> None:
-    """The fields that the overlay adds are 0, and the stage id is in bytes 76 and 77 of the payload."""
+    """Clients depend on the hardware version of some units; the stage id is in bytes 76 and 77."""
     program = """\
+VERSIONS = {"KDC101": 3, "KST201": 4, "LTS150": 3, "LTS300": 3}
 for unit in UNITS:
     address = 0x50 if UNITS[unit].facts["address"] == "generic_usb" else 0x11
     info = information(unit, address).frame.message
     assert info.notes == f"Stagewire virtual {'RACK' if UNITS[unit].facts['address'] == 'bay' else unit}"
-    assert (info.hw_version, info.mod_state) == (0, 0), unit
+    assert (info.hw_version, info.mod_state) == (VERSIONS.get(unit, 0), 0), unit
     raw = information(unit, address, stage_id=0x1234).raw
     assert raw[6 + 76 : 6 + 78] == bytes((0x34, 0x12)), unit
 """

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import random
-from typing import Any, Final
+from collections.abc import Mapping
+from typing import Any, Final, NamedTuple
 
+from stagewire import Stage
+from stagewire.quantities import find_stages
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import HardwareType
 from stagewire_virtual.errors import BadOptionError
@@ -14,7 +17,31 @@ from stagewire_virtual.options import Options
 DIGITS: Final = 1_000_000
 """A serial number has a prefix of two digits, which identifies the unit, and six more digits (page 7)."""
 
-_SOFTWARE_VERSION: Final = bytes((0, 0, 1, 0))  # minor, interim, major, unused: 1.0.0
+
+class _Versions(NamedTuple):
+    """The versions that a unit reports.
+
+    :param firmware: major, interim and minor version of the firmware.
+    :param hardware: version of the hardware.
+    """
+
+    firmware: tuple[int, int, int] = (1, 0, 0)
+    hardware: int = 0
+
+
+_VERSIONS: Final[Mapping[str, _Versions]] = {
+    "KDC101": _Versions((2, 2, 10), 3),
+    "KST201": _Versions((2, 0, 8), 4),
+    "LTS150": _Versions((3, 0, 11), 3),
+    "LTS300": _Versions((3, 0, 11), 3),
+    "BSC201": _Versions((3, 1, 5)),
+}
+"""The versions of units on which clients depend; other units are of version 1.0.0.
+
+Since hardware version 3 an LTS has 2048 microsteps, and the vendor's XA software opens no older one. The
+BSC201 is that of github MSLNZ/msl-equipment, motion.py at 51b9be3; the others are those of the simulated
+controllers in thorlabs_xa 1.9.1.28993 (get_hardware_info).
+"""
 
 # The model of the card in the example of page 22. The registry lists it for the units whose cards report it.
 # Other cards report the name of their unit.
@@ -30,6 +57,8 @@ _WORD: Final = 0xFFFF
 _MODEL: Final = 8
 """The number of characters of the model (page 22)."""
 
+_STAGE_ID_FIELD: Final = "HW_GET_INFO.stage_id"
+_ACTUATOR_FIELD: Final = "HW_GET_INFO.mod_state"
 _STAGE_ID: Final = 6 + 76
 """The offset of the stage id in the frame.
 
@@ -39,12 +68,28 @@ and does not open a controller in which they are 0. In Issue 3 the notes include
 """
 
 
-def stand_alone(unit: Unit, options: Options) -> m.HwGetInfo:
-    """Return the information of a unit with one address.
+def stand_alone(unit: Unit, options: Options, stage: Stage | None) -> m.HwGetInfo:
+    """Return the information of a unit with one address, and with a stage that it may report.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that does not fit into the message.
     """
-    return _with_options(_information(unit, _type(unit), unit.facts["channels"]), unit, options)
+    information = _information(unit, _type(unit), unit.facts["channels"])
+    number = reported_id(unit, stage, _STAGE_ID_FIELD)
+    actuator = reported_id(unit, stage, _ACTUATOR_FIELD)
+    if actuator:
+        information = information.replace(mod_state=actuator)
+    return _with_options(information, unit, options, number)
+
+
+def reported_id(unit: Unit, stage: Stage | None, field: str) -> int:
+    """Return the number of a stage in a field in which a unit reports it; 0 if the registry has none.
+
+    The variants with the suffixes B and V have other mountings and the number of the stage without a suffix.
+    """
+    if stage is None or unit.family.get("reports_stage", {}).get("field") != field:
+        return 0
+    alike = find_stages(unit.protocol.package, stage.name.rstrip("BV"))
+    return next((each.ids[field] for each in (stage, *alike) if field in each.ids), 0)
 
 
 def motherboard(unit: Unit, options: Options, bays: int) -> m.HwGetInfo:
@@ -71,19 +116,24 @@ def _information(unit: Unit, type: int, channels: int) -> m.HwGetInfo:
     """Return the information without a serial number; fields that only some overlays have are 0."""
     layout = m.HwGetInfo.layout
     values: dict[str, Any] = dict.fromkeys(set(layout.fields) - set(layout.optional), 0)
+    versions = _VERSIONS.get(unit.name, _Versions())
+    if "hw_version" in values:
+        values["hw_version"] = versions.hardware
     values.update(
         serial_number=_NO_SERIAL_NUMBER,
         model_number=unit.name[:_MODEL],
         type=type,
-        software_version=_SOFTWARE_VERSION,
+        software_version=bytes((*reversed(versions.firmware), 0)),
         notes=f"Stagewire virtual {unit.name}",
         nchs=channels,
     )
     return m.HwGetInfo(**values)
 
 
-def _with_options(information: m.HwGetInfo, unit: Unit, options: Options) -> m.HwGetInfo:
-    """Return the information with the values of the options."""
+def _with_options(
+    information: m.HwGetInfo, unit: Unit, options: Options, number: int = 0
+) -> m.HwGetInfo:
+    """Return the information with the values of the options; ``number`` is the default of the stage id."""
     model = information.model_number if options.model is None else options.model
     if not (0 < len(model) <= _MODEL and model.isascii() and model.isprintable()):
         raise BadOptionError(
@@ -91,7 +141,7 @@ def _with_options(information: m.HwGetInfo, unit: Unit, options: Options) -> m.H
             f"not {model!r}"
         )
     type = information.type if options.hardware_type is None else options.hardware_type
-    stage_id = options.stage_id or 0
+    stage_id = number if options.stage_id is None else options.stage_id
     for name, value in (("hardware type", type), ("stage id", stage_id)):
         if not 0 <= value <= _WORD:
             raise BadOptionError(f"{name} must be from 0 to {_WORD}, not {value}")

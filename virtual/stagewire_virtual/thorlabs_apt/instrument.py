@@ -33,7 +33,7 @@ from stagewire_virtual.thorlabs_apt.motor.motor import Motor
 from stagewire_virtual.thorlabs_apt.parameters import new_parameters
 from stagewire_virtual.thorlabs_apt.piezo.piezo import Piezo
 from stagewire_virtual.thorlabs_apt.quirks import CLOCKWISE_IS_NEGATIVE, QUIRKS
-from stagewire_virtual.thorlabs_apt.rack import BAYS, RACK, Bays, UserIo, modular_rack
+from stagewire_virtual.thorlabs_apt.rack import BAYS, RACK, Bays, PanelLock, UserIo, modular_rack
 from stagewire_virtual.thorlabs_apt.solenoid import Solenoid
 from stagewire_virtual.thorlabs_apt.strain_gauge import StrainGauge
 from stagewire_virtual.thorlabs_apt.transmitter import Panel
@@ -106,6 +106,7 @@ class AptInstrument(Instrument):
         self._channels: dict[str, Channel] = {}  # by their names in rows
         self._controllers: dict[str, Controller] = {}  # by the prefix of their channels' names
         self._user_io: dict[int | None, UserIo] = {}  # by bay; None for the unit or motherboard
+        self._panel_lock = PanelLock()
         self._by_address: dict[int, Controller] = {}
         if modules is None and unit.facts["address"] == "generic_usb":
             _check_bays(options.empty_bays, 0, unit)
@@ -130,10 +131,10 @@ class AptInstrument(Instrument):
         found = self.unit.facts.get("also_at", self.unit.family.get("also_at", {}))
         also_at = found.get("addresses", ())
         io = self._user_io[None] = UserIo()
-        information = identity.stand_alone(self.unit, self._options)
-        controller = self._build(
-            self.unit, "", information, [io, Bays([0])], self.unit.facts["channels"]
-        )
+        settings = _with_built_in(self._options.settings(0), self.unit)
+        information = identity.stand_alone(self.unit, self._options, settings.stage)
+        panels: list[Panel] = [io, Bays([0]), self._panel_lock]
+        controller = self._build(self.unit, "", information, panels, self.unit.facts["channels"])
         for address in (addresses["generic_usb"]["value"], *also_at):
             self._by_address[address] = controller
 
@@ -226,6 +227,7 @@ class AptInstrument(Instrument):
         """Switch off and on. Only the EEPROM, digital inputs and the positions of the stages are kept."""
         self._reader.clear()
         self._connected = True
+        self._panel_lock.reset()
         for io in self._user_io.values():
             io.outputs = 0
         for controller in self._controllers.values():

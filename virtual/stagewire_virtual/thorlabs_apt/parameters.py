@@ -25,6 +25,7 @@ _COMMON: Final[Mapping[str, Collection[str]]] = {"PZ_IOSETTINGS": ("amp_lp_filte
 The only unit with this set has no message to save it.
 """
 
+_NONE: Final = 0
 _BOTH: Final = 3  # CHANBOTH: pages 27 and 93 mention it without a number
 
 
@@ -33,10 +34,13 @@ def addressed(
 ) -> Sequence[Channel]:
     """Return the channels that a frame addresses; all if it names none.
 
+    Channel 0 is the only channel of a controller with one: the vendor's software and public drivers send it.
     A frame to a missing channel is refused, and the result is empty.
     """
     ident = getattr(frame.message, CHANNEL, None)
     if ident is None or (ident == _BOTH and len(channels) > 1):
+        return channels
+    if ident == _NONE and len(channels) == 1:
         return channels
     named = [channel for channel in channels if channel.ident == ident]
     if not named:

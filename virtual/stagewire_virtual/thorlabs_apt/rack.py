@@ -1,4 +1,4 @@
-"""Racks: used bays, and the inputs and outputs of the USER IO connector (pages 23 to 26)."""
+"""Parts of a unit as a whole: bays, the USER IO connector, and the lock of its top panel (pages 23 to 26)."""
 
 from __future__ import annotations
 
@@ -86,6 +86,36 @@ class UserIo:
             "RACK_SET_DIGOUTPUTS": set_outputs,
             "RACK_REQ_DIGOUTPUTS": send_outputs,
         }
+
+
+_LOCKED: Final = 1  # no enumeration: packages of earlier issues have neither it nor these messages
+_UNLOCKED: Final = 2
+
+
+class PanelLock:
+    """The lock of the controls on the top panel of a K-Cube; unlocked after power-up (Issue 37, page 59)."""
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Unlock the controls."""
+        self._state = _UNLOCKED
+
+    def handlers(self, controller: Responder) -> Mapping[str, Handler]:
+        """Return the handlers of its messages, which answer through ``controller``."""
+
+        def lock(frame: Frame) -> None:
+            message: Any = frame.message
+            if message.mmi_lock in (_LOCKED, _UNLOCKED):
+                self._state = message.mmi_lock
+            else:
+                controller.refuse(frame, f"the lock must be 1 or 2, not {message.mmi_lock}")
+
+        def send_state(frame: Frame) -> None:
+            controller.send(m.HwGetKcubeMmiLock(mmi_lock=self._state), frame)
+
+        return {"HW_SET_KCUBEMMILOCK": lock, "HW_REQ_KCUBEMMILOCK": send_state}
 
 
 def modular_rack(protocol: Protocol, registry: Mapping[str, Any], bays: int) -> Unit:

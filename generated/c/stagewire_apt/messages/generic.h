@@ -26,6 +26,8 @@
  * Also described in Issue 37, page 49.
  *
  * Erratum apt-disconnect-example-source: printed 02 00 00 00 11 00; encoded 02 00 00 00 11 01.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_disconnect {
     /** Unused parameter byte; from 0 to 255. */
@@ -1418,6 +1420,8 @@ static inline apt_status apt_mod_get_chanenablestate_decode(
  * The controller has no information about what is connected to the outputs. On brushless DC
  * controllers, an output shares its pin with the trigger output; first switch the trigger off with
  * MOT_SET_TRIGGER.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mod_set_digoutputs {
     /** A set writes all outputs at once; bits APT_CONTROL_IO_OUTPUTS_...; from 0 to 255. */
@@ -1509,6 +1513,8 @@ static inline apt_status apt_mod_set_digoutputs_decode(
  *
  * MOD_REQ_DIGOUTPUTS (0x0214), to the controller, header only; Issue 37, page 58. Answered by
  * MOD_GET_DIGOUTPUTS.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mod_req_digoutputs {
     /**
@@ -1602,6 +1608,8 @@ static inline apt_status apt_mod_req_digoutputs_decode(
  * rear panel.
  *
  * MOD_GET_DIGOUTPUTS (0x0215), to the host, header only; Issue 37, page 58.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mod_get_digoutputs {
     /** A set writes all outputs at once; bits APT_CONTROL_IO_OUTPUTS_...; from 0 to 255. */
@@ -2296,6 +2304,8 @@ static inline apt_status apt_rack_get_digoutputs_decode(
  * HW_SET_KCUBEMMILOCK (0x0250), to the controller, header only; Issue 37, page 59.
  *
  * Erratum apt37-kcubemmilock-volatile: printed non-volatile; encoded lost with the power.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_set_kcubemmilock {
     /** Unused parameter byte; from 0 to 255. */
@@ -2387,6 +2397,8 @@ static inline apt_status apt_hw_set_kcubemmilock_decode(
  *
  * HW_REQ_KCUBEMMILOCK (0x0251), to the controller, header only; Issue 37, page 59. Answered by
  * HW_GET_KCUBEMMILOCK.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_req_kcubemmilock {
     /** Unused parameter byte; from 0 to 255. */
@@ -2481,6 +2493,8 @@ static inline apt_status apt_hw_req_kcubemmilock_decode(
  * switch always work.
  *
  * HW_GET_KCUBEMMILOCK (0x0252), to the host, header only; Issue 37, page 59.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_get_kcubemmilock {
     /** Unused parameter byte; from 0 to 255. */

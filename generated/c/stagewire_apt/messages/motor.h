@@ -20,6 +20,8 @@
  * Deprecated message without a function, which the vendor's software sends when it starts.
  *
  * HW_YES_FLASH_PROGRAMMING (0x0017), to the controller, header only; Issue 37, page 62.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_yes_flash_programming {
     /** Unused parameter byte; from 0 to 255. */
@@ -110,6 +112,8 @@ static inline apt_status apt_hw_yes_flash_programming_decode(
  * Tells the controller the addresses of host and controller; a client must send it when it starts.
  *
  * HW_NO_FLASH_PROGRAMMING (0x0018), to the controller, header only; Issue 37, page 62.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_no_flash_programming {
     /** Unused parameter byte; from 0 to 255. */
@@ -3471,6 +3475,8 @@ static inline apt_status apt_mot_get_jogparams_decode(
  * Erratum apt-unsigned-long: printed format long, described as unsigned long; encoded four bytes,
  * unsigned.
  *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ *
  * Erratum apt37-signs-of-longs: printed long; encoded dword.
  */
 typedef struct apt_mot_set_limswitchparams {
@@ -3598,6 +3604,8 @@ static inline apt_status apt_mot_set_limswitchparams_decode(
  *
  * Erratum apt-limswitch-bbd10x: printed not applicable to BBD10x units; encoded no BBD unit has the
  * messages.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_limswitchparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -3696,6 +3704,8 @@ static inline apt_status apt_mot_req_limswitchparams_decode(
  *
  * Erratum apt-limswitch-bbd10x: printed not applicable to BBD10x units; encoded no BBD unit has the
  * messages.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_get_limswitchparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3821,6 +3831,8 @@ static inline apt_status apt_mot_get_limswitchparams_decode(
  * Setting them changes the current of a motor that is at rest, so a load may slip. The BSC20x,
  * MST602 and TST101 use only the power at rest; they compute the power of a move from its velocity.
  *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ *
  * Erratum apt37-powerparams-example-unit: printed channel 2 (address 22) of a TST001; encoded the
  * bytes as printed.
  */
@@ -3929,6 +3941,8 @@ static inline apt_status apt_mot_set_powerparams_decode(
  *
  * MOT_REQ_POWERPARAMS (0x0427), to the controller, header only; Issue 37, pages 71, 72. Answered by
  * MOT_GET_POWERPARAMS.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_powerparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -4020,6 +4034,8 @@ static inline apt_status apt_mot_req_powerparams_decode(
  * share of full power. Less power at rest keeps the motor cooler.
  *
  * MOT_GET_POWERPARAMS (0x0428), to the host, 6 bytes of data; Issue 37, pages 71, 72.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_get_powerparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -7324,6 +7340,8 @@ static inline apt_status apt_mot_move_jog_decode(
  * MOT_MOVE_STOPPED, MOT_MOVE_COMPLETED, MOT_MOVE_HOMED, HW_RESPONSE, HW_RICHRESPONSE.
  *
  * Also described in Issue 37, page 132.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_suspend_endofmovemsgs {
     /** Unused parameter byte; from 0 to 255. */
@@ -7420,6 +7438,8 @@ static inline apt_status apt_mot_suspend_endofmovemsgs_decode(
  *
  * Erratum apt-resume-disables: printed The command also disables the error messages; encoded
  * resumes the error messages.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  *
  * Erratum apt37-resume-disables: printed disables them; encoded enables them.
  */
@@ -8625,6 +8645,8 @@ static inline apt_status apt_mot_get_dcpidparams_decode(
  *
  * Erratum apt-potparams-velocities-multiplied: printed 6860 for 0.2 mm/s, 10290 for 0.3 mm/s;
  * encoded 6861 and 10291.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_set_potparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -8769,6 +8791,8 @@ static inline apt_status apt_mot_set_potparams_decode(
  *
  * Erratum apt-req-potparams-table-id: printed 17 04; encoded B1 04.
  *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ *
  * Erratum apt37-requests-of-other-sets: printed 11 04; encoded B4 04.
  */
 typedef struct apt_mot_req_potparams {
@@ -8867,6 +8891,8 @@ static inline apt_status apt_mot_req_potparams_decode(
  *
  * Erratum apt-get-potparams-size: printed 28 bytes, 22 byte data packet; encoded 32 bytes, 26 byte
  * data packet.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  *
  * Erratum apt37-potparams-get-table: printed 28; encoded 32.
  */
@@ -13231,6 +13257,8 @@ static inline apt_status apt_mot_get_pmdstageaxisparams_decode(
  * Erratum apt37-bow-value: printed 262144 for the bow index 18; encoded 131072.
  *
  * Erratum apt37-list-bowindex-ids: printed 0x0450; encoded 0x04F4.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_set_bowindex {
     /** See enum apt_channel; from 0 to 65535. */
@@ -13332,6 +13360,8 @@ static inline apt_status apt_mot_set_bowindex_decode(
  * MOT_GET_BOWINDEX.
  *
  * Erratum apt37-list-bowindex-ids: printed 0x0450; encoded 0x04F4.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_bowindex {
     /** See enum apt_channel; from 0 to 255. */
@@ -13424,6 +13454,8 @@ static inline apt_status apt_mot_req_bowindex_decode(
  * MOT_GET_BOWINDEX (0x04F6), to the host, 4 bytes of data; Issue 37, pages 90, 92.
  *
  * Erratum apt37-list-bowindex-ids: printed 0x0450; encoded 0x04F4.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_get_bowindex {
     /** See enum apt_channel; from 0 to 65535. */

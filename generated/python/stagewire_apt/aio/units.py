@@ -1523,6 +1523,8 @@ class BSC201(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1543,6 +1545,7 @@ class BSC201(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1572,6 +1575,8 @@ class BSC202Bay(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1592,6 +1597,7 @@ class BSC202Bay(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1634,6 +1640,8 @@ class BSC203Bay(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1654,6 +1662,7 @@ class BSC203Bay(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1793,6 +1802,7 @@ class KDC101(
     generic.CanStopUpdates,
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
@@ -1921,15 +1931,20 @@ class KST101(
 
 class KST201(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
+    generic.WithKcubeMmiLock,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
     motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithPowerParams,
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
@@ -1941,9 +1956,11 @@ class KST201(
     motor.CanMoveVelocity,
     motor.CanStop,
     motor.CanJog,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTstActuatorType,
     motor.WithKcubeMmiParams,
     motor.WithKcubeTrigIoConfig,
@@ -1953,7 +1970,9 @@ class KST201(
 
     KST201, Issue 37, page 14. Its messages: the printed list, Issue 37, page 14.
 
-    Only its list on page 14 names it, so neither its prefix nor its scales are in the document.
+    Only its list on page 14 names it, so neither its prefix nor its scales are in the document. Its
+    list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts its
+    status messages and never acknowledges them.
 
     Evidence: independent driver.
     """
@@ -2010,6 +2029,7 @@ class KVS30(
 
 class LTS150(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
@@ -2031,7 +2051,7 @@ class LTS150(
     motor.CanStop,
     motor.CanJog,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
+    motor.WithPotParams,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
     motor.WithBowIndex,
@@ -2039,6 +2059,9 @@ class LTS150(
     """Long travel stage with a built-in stepper driver for asyncio.
 
     LTS150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
+
+    Its list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts
+    its status messages and never acknowledges them.
 
     Evidence: independent driver.
     """
@@ -2049,6 +2072,7 @@ class LTS150(
 
 class LTS300(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
@@ -2070,7 +2094,7 @@ class LTS300(
     motor.CanStop,
     motor.CanJog,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
+    motor.WithPotParams,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
     motor.WithBowIndex,
@@ -2078,6 +2102,9 @@ class LTS300(
     """Long travel stage with a built-in stepper driver for asyncio.
 
     LTS300, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
+
+    Its list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts
+    its status messages and never acknowledges them.
 
     Evidence: independent driver.
     """

@@ -1525,6 +1525,8 @@ class BSC201(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1545,6 +1547,7 @@ class BSC201(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1574,6 +1577,8 @@ class BSC202Bay(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1594,6 +1599,7 @@ class BSC202Bay(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1636,6 +1642,8 @@ class BSC203Bay(
     generic.WithChanEnableState,
     generic.WithModDigOutputs,
     generic.CanIdentify,
+    motor.CanYesFlashProgramming,
+    motor.CanNoFlashProgramming,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
@@ -1656,6 +1664,7 @@ class BSC203Bay(
     motor.CanJog,
     motor.WithStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
@@ -1795,6 +1804,7 @@ class KDC101(
     generic.CanStopUpdates,
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     motor.WithEncCounter,
     motor.WithPosCounter,
@@ -1923,15 +1933,20 @@ class KST101(
 
 class KST201(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
+    generic.WithKcubeMmiLock,
     motor.WithEncCounter,
     motor.WithPosCounter,
     motor.WithVelParams,
     motor.WithJogParams,
+    motor.WithLimSwitchParams,
+    motor.WithPowerParams,
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
@@ -1943,9 +1958,11 @@ class KST201(
     motor.CanMoveVelocity,
     motor.CanStop,
     motor.CanJog,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
+    motor.WithBowIndex,
     motor.WithTstActuatorType,
     motor.WithKcubeMmiParams,
     motor.WithKcubeTrigIoConfig,
@@ -1955,7 +1972,9 @@ class KST201(
 
     KST201, Issue 37, page 14. Its messages: the printed list, Issue 37, page 14.
 
-    Only its list on page 14 names it, so neither its prefix nor its scales are in the document.
+    Only its list on page 14 names it, so neither its prefix nor its scales are in the document. Its
+    list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts its
+    status messages and never acknowledges them.
 
     Evidence: independent driver.
     """
@@ -2012,6 +2031,7 @@ class KVS30(
 
 class LTS150(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
@@ -2033,7 +2053,7 @@ class LTS150(
     motor.CanStop,
     motor.CanJog,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
+    motor.WithPotParams,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
     motor.WithBowIndex,
@@ -2041,6 +2061,9 @@ class LTS150(
     """Long travel stage with a built-in stepper driver.
 
     LTS150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
+
+    Its list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts
+    its status messages and never acknowledges them.
 
     Evidence: independent driver.
     """
@@ -2051,6 +2074,7 @@ class LTS150(
 
 class LTS300(
     SingleChannelDevice,
+    generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
@@ -2072,7 +2096,7 @@ class LTS300(
     motor.CanStop,
     motor.CanJog,
     motor.WithStatusUpdate,
-    motor.CanAckDcStatusUpdate,
+    motor.WithPotParams,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
     motor.WithBowIndex,
@@ -2080,6 +2104,9 @@ class LTS300(
     """Long travel stage with a built-in stepper driver.
 
     LTS300, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
+
+    Its list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts
+    its status messages and never acknowledges them.
 
     Evidence: independent driver.
     """

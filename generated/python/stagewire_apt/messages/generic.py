@@ -69,6 +69,7 @@ class HwDisconnect(FramedMessage):
     Also described in Issue 37, page 49.
 
     Erratum ``apt-disconnect-example-source``: printed 02 00 00 00 11 00; encoded 02 00 00 00 11 01.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("param1", "param2")
@@ -1184,6 +1185,8 @@ class ModSetDigOutputs(FramedMessage):
     MOT_SET_TRIGGER.
 
     :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`; from 0 to 255.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("bit", "param2")
@@ -1255,6 +1258,8 @@ class ModReqDigOutputs(FramedMessage):
 
     :param bits: named in the table, but its meaning in a request is not documented; reserved, sent
         as zero.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("bits", "param2")
@@ -1321,6 +1326,8 @@ class ModGetDigOutputs(FramedMessage):
     ``MOD_GET_DIGOUTPUTS`` (0x0215), to the host, header only; Issue 37, page 58.
 
     :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`; from 0 to 255.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("bit", "param2")
@@ -1842,6 +1849,7 @@ class HwSetKcubeMmiLock(FramedMessage):
     :param mmi_lock: :class:`~.MmiLock`; from 0 to 255.
 
     Erratum ``apt37-kcubemmilock-volatile``: printed non-volatile; encoded lost with the power.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("mmi_lock", "param1")
@@ -1908,6 +1916,8 @@ class HwReqKcubeMmiLock(FramedMessage):
 
     :param mmi_lock: named in the table, but its meaning in a request is not documented; reserved,
         sent as zero.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("mmi_lock", "param1")
@@ -1975,6 +1985,8 @@ class HwGetKcubeMmiLock(FramedMessage):
     ``HW_GET_KCUBEMMILOCK`` (0x0252), to the host, header only; Issue 37, page 59.
 
     :param mmi_lock: :class:`~.MmiLock`; from 0 to 255.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("mmi_lock", "param1")

@@ -233,6 +233,8 @@ class HwYesFlashProgramming(FramedMessage):
     """Deprecated message without a function, which the vendor's software sends when it starts.
 
     ``HW_YES_FLASH_PROGRAMMING`` (0x0017), to the controller, header only; Issue 37, page 62.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("param1", "param2")
@@ -295,6 +297,8 @@ class HwNoFlashProgramming(FramedMessage):
     """``HW_NO_FLASH_PROGRAMMING`` (0x0018), to the controller, header only; Issue 37, page 62.
 
     Tells the controller the addresses of host and controller; a client must send it when it starts.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("param1", "param2")
@@ -3712,6 +3716,7 @@ class MotSetLimSwitchParams(FramedMessage):
     Erratum ``apt-limswitch-upper-bit``: printed the upper bit of a word, 0x80; encoded 0x80.
     Erratum ``apt-unsigned-long``: printed format long, described as unsigned long; encoded four
         bytes, unsigned.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     Erratum ``apt37-signs-of-longs``: printed long; encoded dword.
     """
 
@@ -3849,6 +3854,7 @@ class MotReqLimSwitchParams(FramedMessage):
 
     Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
         has the messages.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -3933,6 +3939,7 @@ class MotGetLimSwitchParams(FramedMessage):
         bytes.
     Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
         has the messages.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = (
@@ -4074,6 +4081,7 @@ class MotSetPowerParams(FramedMessage):
     :param move_factor: Power during moves, typically 100 %. The BSC20x, MST602 and TST101 ignore
         it. In counts of 1 percent; from 1 to 100.
 
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     Erratum ``apt37-powerparams-example-unit``: printed channel 2 (address 22) of a TST001; encoded
         the bytes as printed.
     """
@@ -4151,6 +4159,8 @@ class MotReqPowerParams(FramedMessage):
     Answered by ``MOT_GET_POWERPARAMS``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4221,6 +4231,8 @@ class MotGetPowerParams(FramedMessage):
     :param rest_factor: power at rest; in counts of 1 percent; from 1 to 100.
     :param move_factor: Power during moves, typically 100 %. The BSC20x, MST602 and TST101 ignore
         it. In counts of 1 percent; from 1 to 100.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "move_factor", "rest_factor")
@@ -7004,6 +7016,8 @@ class MotSuspendEndOfMoveMsgs(FramedMessage):
     ``HW_RICHRESPONSE``.
 
     Also described in Issue 37, page 132.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("param1", "param2")
@@ -7073,6 +7087,7 @@ class MotResumeEndOfMoveMsgs(FramedMessage):
 
     Erratum ``apt-resume-disables``: printed The command also disables the error messages; encoded
         resumes the error messages.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     Erratum ``apt37-resume-disables``: printed disables them; encoded enables them.
     """
 
@@ -8130,6 +8145,7 @@ class MotSetPotParams(FramedMessage):
         on page 33; encoded a packet of 26 bytes with the values of the breakdown.
     Erratum ``apt-potparams-velocities-multiplied``: printed 6860 for 0.2 mm/s, 10290 for 0.3 mm/s;
         encoded 6861 and 10291.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "vel1", "vel2", "vel3", "vel4", "wnd1", "wnd2", "wnd3", "zero_wnd")
@@ -8260,6 +8276,7 @@ class MotReqPotParams(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-req-potparams-table-id``: printed 17 04; encoded B1 04.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     Erratum ``apt37-requests-of-other-sets``: printed 11 04; encoded B4 04.
     """
 
@@ -8346,6 +8363,7 @@ class MotGetPotParams(FramedMessage):
 
     Erratum ``apt-get-potparams-size``: printed 28 bytes, 22 byte data packet; encoded 32 bytes, 26
         byte data packet.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     Erratum ``apt37-potparams-get-table``: printed 28; encoded 32.
     """
 
@@ -12428,6 +12446,7 @@ class MotSetBowIndex(FramedMessage):
 
     Erratum ``apt37-bow-value``: printed 262144 for the bow index 18; encoded 131072.
     Erratum ``apt37-list-bowindex-ids``: printed 0x0450; encoded 0x04F4.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("bow_index", "chan_ident")
@@ -12500,6 +12519,7 @@ class MotReqBowIndex(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt37-list-bowindex-ids``: printed 0x0450; encoded 0x04F4.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -12570,6 +12590,7 @@ class MotGetBowIndex(FramedMessage):
         limited to 2 to the power of (index - 1), in mm/s³ (page 90). From 0 to 18.
 
     Erratum ``apt37-list-bowindex-ids``: printed 0x0450; encoded 0x04F4.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("bow_index", "chan_ident")

@@ -210,6 +210,9 @@ def _stage_view(
         arguments.append(strings("catalogue=", stage.catalogue))
     if stage.rotary:
         arguments.append("rotary=True")
+    if stage.ids:
+        ids = [keyed(literal(name), f"0x{found.id:02X}") for name, found in stage.ids.items()]
+        arguments.append(mapping("ids=", ids))
     found = where(protocol, [stage.page], stage.overlay) if protocol.overlays else ""
     shown = evidence_text(protocol, "stages", stage.name)
     place = f"{found}; {shown[0].lower()}{shown[1:]}" if found and shown else found or shown

@@ -81,7 +81,7 @@ def _entry(
 ) -> Json:
     found = [_shown(one) for one in evidence.of(section, name)]
     if section == "stages":
-        parts = ("controllers", "limits")
+        parts = [part for part in ("controllers", "ids", "limits") if part in entry]
         entry = {**entry, **{part: _cited(entry[part], classes_of) for part in parts}}
     return {**entry, "evidence": found} if found else entry
 
@@ -96,7 +96,7 @@ def _shown(evidence: Evidence) -> Json:
 
 
 def _cited(value: Json, classes_of: ClassesOf) -> Json:
-    """Return scales or limits with the classes of the evidence that their sources cite."""
+    """Return scales, limits or ids with the classes of the evidence that their sources cite."""
     whole = {
         key: _cited(inner, classes_of) if inner.__class__ is dict else inner
         for key, inner in value.items()

@@ -32,6 +32,7 @@ from stagewire_generator.model_scales import (
     Limit,
     Quantity,
     Stage,
+    StageId,
 )
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.registry.references import with_documents, with_evidence
@@ -442,7 +443,16 @@ def _on_stage(stage: Stage, scale: Factor | Conflict | str) -> Json:
     return {**factor_json(scale), **_other_document(stage, scale)}
 
 
-def _other_document(stage: Stage, fact: Factor | Limit | str) -> Json:
+def _id(stage: Stage, found: StageId) -> Json:
+    data: Json = {"id": found.id}
+    if found.source:
+        data["source"] = found.source
+    if found.page is not None:
+        data["page"] = found.page
+    return {**data, **_other_document(stage, found)}
+
+
+def _other_document(stage: Stage, fact: Factor | Limit | StageId | str) -> Json:
     """Return the overlay of a fact whose page is in another document than that of its stage."""
     if isinstance(fact, str) or fact.page is None or fact.overlay == stage.overlay:
         return {}
@@ -457,6 +467,7 @@ def _stage(stage: Stage) -> Json:
         **({"catalogue": list(stage.catalogue)} if stage.catalogue else {}),
         **({"axis": stage.axis} if stage.axis else {}),
         **({"rotary": True} if stage.rotary else {}),
+        **({"ids": {f: _id(stage, found) for f, found in stage.ids.items()}} if stage.ids else {}),
         "controllers": {
             controller: {quantity: _on_stage(stage, scale) for quantity, scale in scales.items()}
             for controller, scales in stage.scales.items()

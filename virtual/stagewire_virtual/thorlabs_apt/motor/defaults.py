@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stagewire.quantities import Limit
+from stagewire.quantities import EndlessTravel, Limit
 from stagewire_apt.enumerations import (
     ButtonMode,
     CurrentPhase,
@@ -21,6 +21,7 @@ from stagewire_apt.enumerations import (
 from stagewire_apt.flags import LedMode
 from stagewire_virtual.errors import BadOptionError
 from stagewire_virtual.thorlabs_apt.channel import Channel
+from stagewire_virtual.thorlabs_apt.identity import reported_id
 from stagewire_virtual.thorlabs_apt.motor.moves import Scales
 
 _NOMINAL = 100_000
@@ -29,6 +30,12 @@ _TURN = 360
 """The travel in degrees of a rotary stage that has no ends, or whose ends are unknown."""
 _LONGEST = 0x7FFF_FFFF
 """The longest travel in counts: positions are signed, with 32 bits (page 28)."""
+
+
+_PART_NUMBER = 16
+"""The number of characters of a stage's name (page 76)."""
+_AXES = {"rotary": 0x03, "x": 0x10, "y": 0x11, "single": 0x12}
+"""The axis of a stage, for which page 76 has no values: those of StageAxisId in thorlabs_xa 1.9.1.28993."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +60,14 @@ _SCREW = _Plausible(25, 2, 4, 1, 0.1, 1, 0)
 def is_brushless(channel: Channel) -> bool:
     """Return whether a channel drives a brushless stage, which has the parameters of the PMD chip."""
     return channel.answers("MOT_REQ_PMDSTAGEAXISPARAMS")
+
+
+def is_endless(channel: Channel) -> bool:
+    """Return whether the stage has no ends; its travel is then a turn."""
+    settings = channel.settings
+    if settings.stage is None or settings.travel is not None:
+        return False
+    return isinstance(settings.stage.limits.get("travel"), EndlessTravel)
 
 
 def travel_of(channel: Channel, scales: Scales) -> int:
@@ -103,6 +118,7 @@ def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:
     counts = _counts_per_mm(scales)
     brushless = is_brushless(channel)
     travel = travel_of(channel, scales)
+    endless = is_endless(channel)
 
     def velocity(mm_per_s: float) -> int:
         return round(mm_per_s * counts / scales.velocity)
@@ -198,12 +214,11 @@ def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:
             "kff_settled": 500,
         },
         "MOT_PMDSTAGEAXISPARAMS": {  # page 76: twice the initial velocity and acceleration
-            "stage_id": StageAxis.MLS203_X_AXIS,
-            "part_no_axis": "MLS203 X Axis",
+            **_names_of_stage(channel),
             "serial_num": channel.random.randrange(1, 10_000_000),
             "cnts_per_unit": round(counts),
-            "min_pos": 0,
-            "max_pos": travel,
+            "min_pos": -_LONGEST if endless else 0,
+            "max_pos": _LONGEST if endless else travel,
             "max_accn": acceleration(2 * stage.acceleration),
             "max_dec": acceleration(2 * stage.acceleration),
             "max_vel": velocity(2 * stage.velocity),
@@ -213,6 +228,23 @@ def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:
         name: values
         for name, values in sets.items()
         if channel.answers(name.replace("MOT_", "MOT_REQ_", 1))
+    }
+
+
+def _names_of_stage(channel: Channel) -> Mapping[str, Any]:
+    """Return how a brushless controller names its stage: that of the example on page 76, if it has none."""
+    stage = channel.settings.stage
+    if stage is None:
+        return {
+            "stage_id": StageAxis.MLS203_X_AXIS,
+            "axis_id": _AXES["x"],
+            "part_no_axis": "MLS203 X Axis",
+        }
+    kind = "rotary" if stage.rotary else stage.name.rpartition("_")[2].lower()
+    return {
+        "stage_id": reported_id(channel.unit, stage, "MOT_GET_PMDSTAGEAXISPARAMS.stage_id"),
+        "axis_id": _AXES.get(kind, _AXES["single"]),
+        "part_no_axis": stage.name.replace("_", " ")[:_PART_NUMBER],
     }
 
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Final
 
 from stagewire.errors import UnknownScaleError
-from stagewire.quantities import Scale, Stage
+from stagewire.quantities import Scale, ScaleConflict, Stage
 from stagewire_apt.enumerations import ProfileMode
 from stagewire_virtual.profiles import Profile, run_on, s_curve, stop, trapezoid
 from stagewire_virtual.thorlabs_apt.channel import Channel
@@ -94,6 +95,13 @@ _FRACTION = 65536
 """Velocities and accelerations of DC servo controllers have 16 fractional bits (page 14)."""
 
 
+_BELIEVED: Final = ("vendor", "since_hardware_3")
+"""The sources that decide if the sources of a scale contradict each other.
+
+The vendor's programs drive these stages. A virtual LTS reports hardware version 3.
+"""
+
+
 class Scales:
     """Factors from values on the wire to counts, for a stage on a unit.
 
@@ -127,6 +135,8 @@ class Scales:
             scale = self._stage.scale(quantity, self._unit)
         except UnknownScaleError:
             return None
+        if isinstance(scale, ScaleConflict):
+            scale = next(scale.scales[name] for name in _BELIEVED if name in scale.scales)
         return scale.counts_per_unit if isinstance(scale, Scale) else None
 
     def _counts(self, quantity: str) -> Fraction | None:

@@ -18,6 +18,7 @@ from stagewire_virtual.thorlabs_apt.channel import (
 )
 from stagewire_virtual.thorlabs_apt.motor.defaults import (
     is_brushless,
+    is_endless,
     motor_defaults,
     starting_place,
     travel_of,
@@ -53,7 +54,8 @@ class StageChannel(Behaviour):
         travel = travel_of(channel, self._scales)
         place = starting_place(channel, travel)
         below = index_run(travel) if is_brushless(channel) else 0
-        self._axis = SimulatedAxis(channel.clock, travel, place, below=below)
+        endless = is_endless(channel)
+        self._axis = SimulatedAxis(channel.clock, travel, place, below=below, endless=endless)
         self._drive = Drive(
             channel, self._axis, lambda: soft_limits(channel, self._position.origin)
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -54,7 +55,8 @@ def active_limits(channel: Channel, axis: SimulatedAxis, position: int) -> dict[
     """
     place = axis.place
     soft = _mode(channel) in _STOPPING
-    at_end = {1: place >= axis.travel, -1: place <= -axis.below}
+    ends = not axis.endless
+    at_end = {1: ends and place >= axis.travel, -1: ends and place <= -axis.below}
     bits = {}
     for way, forward in ((channel.clockwise, "forward"), (-channel.clockwise, "reverse")):
         limit = channel.parameter(_SET, f"{_turn(channel, way)}_soft_limit")
@@ -109,8 +111,11 @@ def _to_index(axis: SimulatedAxis, pace: Pace) -> Homing:
     """Return the homing run of a brushless stage, which uses no switch (page 37).
 
     Its index mark is at the beginning of the travel, so that positions are 0 to the maximum afterwards (page
-    76). It moves below the mark and then onto it: "homing direction is always positive".
+    76). It moves below the mark and then onto it: "homing direction is always positive". A stage without ends
+    moves on to its next mark.
     """
+    if axis.endless:
+        return Homing((GoTo(_next_turn(axis, 1), pace),), found=True)
     return Homing((GoTo(-axis.below, pace), GoTo(0, pace)), found=True)
 
 
@@ -119,14 +124,23 @@ def _to_switch(channel: Channel, axis: SimulatedAxis, pace: Pace) -> Homing:
 
     Direction 1 is forward, every other value is reverse. Without a switch in that direction, or with an
     ignored one (page 39), the stage runs into the end of its travel, as real stages do whose home parameters
-    are zeros.
+    are zeros. A stage without ends has its switch once a turn; without a switch it runs until it is stopped.
     """
     parameter = channel.parameter
     forward = parameter("MOT_HOMEPARAMS", "home_direction") == MoveDirection.FORWARD
     direction = 1 if forward else -1
     switch = _SWITCHES.get(parameter("MOT_HOMEPARAMS", "limit_switch"))
     found = switch == direction and heeds(channel, direction)
+    run: Move = RunOn(direction, pace)
     end = axis.travel if forward else 0
+    if axis.endless:
+        end = _next_turn(axis, direction)
+        run = GoTo(end, pace) if found else run
     home = end - direction * parameter("MOT_HOMEPARAMS", "offset_distance")
-    run = RunOn(direction, pace)
     return Homing((run, GoTo(home, pace)) if found else (run,), found)
+
+
+def _next_turn(axis: SimulatedAxis, direction: int) -> int:
+    """Return the next whole turn in a direction; the present position if it is one."""
+    turns = axis.place * direction / axis.travel
+    return direction * math.ceil(turns) * axis.travel

@@ -20,6 +20,7 @@ __all__ = [
     "WithChanEnableState",
     "WithHubBayUsed",
     "WithInfo",
+    "WithKcubeMmiLock",
     "WithModDigOutputs",
     "WithRackBayUsed",
     "WithRackDigOutputs",
@@ -42,7 +43,8 @@ class CanDisconnect(Part):
         The example addresses a motherboard; the document does not say whether a bay also accepts
         it.
 
-        ``HW_DISCONNECT``, Issue 3, page 19. Erratum ``apt-disconnect-example-source``.
+        ``HW_DISCONNECT``, Issue 3, page 19. Errata ``apt-disconnect-example-source``,
+        ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -297,7 +299,8 @@ class WithModDigOutputs(Part):
 
         Digital outputs of the CONTROL IO connector on the rear panel.
 
-        ``MOD_REQ_DIGOUTPUTS``, ``MOD_GET_DIGOUTPUTS``, Issue 37, page 58.
+        ``MOD_REQ_DIGOUTPUTS``, ``MOD_GET_DIGOUTPUTS``, Issue 37, page 58. Erratum
+        ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -321,7 +324,7 @@ class WithModDigOutputs(Part):
         controllers, an output shares its pin with the trigger output; first switch the trigger off
         with MOT_SET_TRIGGER.
 
-        ``MOD_SET_DIGOUTPUTS``, Issue 37, page 58.
+        ``MOD_SET_DIGOUTPUTS``, Issue 37, page 58. Erratum ``apt37-list-vendor-software``.
 
         :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`: digital_output_1
             (0x1), digital_output_2 (0x2), digital_output_3 (0x4), digital_output_4 (0x8), or
@@ -352,6 +355,7 @@ class WithModDigOutputs(Part):
         with MOT_SET_TRIGGER.
 
         ``MOD_REQ_DIGOUTPUTS``, ``MOD_GET_DIGOUTPUTS``, ``MOD_SET_DIGOUTPUTS``, Issue 37, page 58.
+        Erratum ``apt37-list-vendor-software``.
 
         :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`: digital_output_1
             (0x1), digital_output_2 (0x2), digital_output_3 (0x4), digital_output_4 (0x8), or
@@ -500,3 +504,79 @@ class WithRackDigOutputs(Part):
         :raises SessionClosedError: if the session is closed.
         """
         return await self._change(t.RACK_DIG_OUTPUTS, timeout, dig_op=dig_op)
+
+
+class WithKcubeMmiLock(Part):
+    """Lock of the top panel.
+
+    ``HW_SET_KCUBEMMILOCK``, ``HW_REQ_KCUBEMMILOCK``, ``HW_GET_KCUBEMMILOCK``; Issue 37, page 59.
+    """
+
+    async def get_kcube_mmi_lock(self, *, timeout: float | None = None) -> v.KcubeMmiLock:
+        """Read the lock of the top panel.
+
+        Locks the controls on the top panel, for all channels of the unit. Only for the KNA101,
+        KLS1550, KLS635 and KLD101. The power switch and the laser enable switch always work.
+
+        ``HW_REQ_KCUBEMMILOCK``, ``HW_GET_KCUBEMMILOCK``, Issue 37, page 59. Erratum
+        ``apt37-list-vendor-software``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KCUBE_MMI_LOCK, timeout)
+
+    async def set_kcube_mmi_lock(
+        self,
+        *,
+        mmi_lock: e.MmiLock | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the lock of the top panel.
+
+        Locks the controls on the top panel, for all channels of the unit. Only for the KNA101,
+        KLS1550, KLS635 and KLD101. The power switch and the laser enable switch always work. All
+        values are written in one frame.
+
+        ``HW_SET_KCUBEMMILOCK``, Issue 37, page 59. Errata ``apt37-kcubemmilock-volatile``,
+        ``apt37-list-vendor-software``.
+
+        :param mmi_lock: :class:`~.MmiLock`: LOCKED (1), UNLOCKED (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(t.KCUBE_MMI_LOCK, timeout, mmi_lock=mmi_lock)
+
+    async def change_kcube_mmi_lock(
+        self,
+        *,
+        mmi_lock: e.MmiLock | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.KcubeMmiLock:
+        """Change the lock of the top panel.
+
+        Locks the controls on the top panel, for all channels of the unit. Only for the KNA101,
+        KLS1550, KLS635 and KLD101. The power switch and the laser enable switch always work. Reads
+        the current values, replaces the given ones and writes all of them in one frame, under one
+        lock. Returns the values written.
+
+        ``HW_REQ_KCUBEMMILOCK``, ``HW_GET_KCUBEMMILOCK``, ``HW_SET_KCUBEMMILOCK``, Issue 37, page
+        59. Errata ``apt37-kcubemmilock-volatile``, ``apt37-list-vendor-software``.
+
+        :param mmi_lock: :class:`~.MmiLock`: LOCKED (1), UNLOCKED (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(t.KCUBE_MMI_LOCK, timeout, mmi_lock=mmi_lock)

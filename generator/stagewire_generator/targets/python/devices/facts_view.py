@@ -14,7 +14,7 @@ from stagewire_generator.model_scales import (
     Factor,
     Quantity,
 )
-from stagewire_generator.targets.documentation import where_all
+from stagewire_generator.targets.documentation import where, where_all
 from stagewire_generator.targets.python.brackets import (
     Nested,
     Source,
@@ -323,6 +323,8 @@ def _unit(
         items.append(_strings("stages=", entry["stages"]))
     if "built_in" in entry:
         items.append(f"built_in={literal(entry['built_in'])}")
+    if "reports_stage" in family:
+        items.append(_stage_report(protocol, family, tables))
     if "pause" in family:
         items += [
             f"pause_ms={family['pause']['ms']}",
@@ -338,6 +340,17 @@ def _unit(
         if names:
             items.append(_strings(argument, sorted(names)))
     return Nested(f"{literal(unit.name)}: Unit(", tuple(items), ")")
+
+
+def _stage_report(protocol: Protocol, family: Json, tables: TableWriter) -> Nested:
+    """Return the field in which the units of a family report their stage, and the request for it."""
+    report = family["reports_stage"]
+    message = report["field"].partition(".")[0]
+    query = next(c for c in tables.calls if any(m.name == message for m in c.members.values()))
+    page = where(protocol, [report["page"]], family.get("overlay", "")) if "page" in report else ""
+    source = "; ".join(filter(None, [page, report.get("source", "")]))
+    items: list[Source] = [f"t.{query.constant}", literal(report["field"]), Text("source=", source)]
+    return Nested("reports_stage=StageReport(", tuple(items), ")")
 
 
 def _contexts(contexts: Json) -> Iterator[Source]:

@@ -26,7 +26,7 @@ _FACTS = (
         "Rule",
         "Setting",
     ),
-    *("Scale", "Told", "Unit", "UnknownScale", "Unsupported"),
+    *("Scale", "StageReport", "Told", "Unit", "UnknownScale", "Unsupported"),
 )
 
 
