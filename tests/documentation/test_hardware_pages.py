@@ -12,6 +12,8 @@ import pytest
 
 import stagewire
 from checkout import ROOT
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.plans import Plan
 from stagewire_generator.model import Protocol
 from stagewire_generator.model_evidence import Evidence, EvidenceTable, Source
 from stagewire_generator.pipeline import check
@@ -71,9 +73,10 @@ def test_the_first_screen_of_the_readme_names_what_people_own(name: str) -> None
 
 
 @pytest.mark.parametrize("unit", [name for page in pages(ROOT / FOLDER) for name in page.units])
-def test_each_unit_of_the_table_has_a_class_and_a_virtual_controller(unit: str) -> None:
+def test_each_unit_has_a_class_a_virtual_controller_and_conformance_checks(unit: str) -> None:
     with stagewire.open(f"virtual://{unit}", unit) as device:
         assert type(device).__name__ == unit
+    assert len(Plan.of(unit, Permissions()).checks) >= 20
 
 
 def test_a_unit_without_a_page_and_one_on_two_pages_are_errors(tmp_path: Path) -> None:
