@@ -143,10 +143,14 @@ _SETTINGS = Data(
         "*": Entries("setting", "setting-added", "setting-removed"),
         "*/overlay": _OVERLAY,
         "*/unit": "setting",
+        "*/quantity": "setting",
         "*/page": "page",
         "*/summary": "text",
         "*/told_by/*": Entries("set", "setting", "setting"),
         "*/told_by/*/field": "setting",
+        "*/told_by/*/while/field": "setting",
+        "*/told_by/*/while/values": Sequence("setting"),
+        "*/told_by/*/not_on": Sequence("setting"),
         "*/told_by/*/values/*": Entries("value", "setting", "setting"),
     }
 )

@@ -63,9 +63,7 @@ def check_devices(
         for name, setting in document.data.get("settings", {}).items():
             for owner, teller in setting["told_by"].items():
                 place = document.place("settings", name, "told_by", owner)
-                for what in _wrong(
-                    protocol, f"the setting {name}", setting.get("unit", ""), owner, teller
-                ):
+                for what in _wrong(protocol, f"the setting {name}", setting, owner, teller):
                     diagnostics.add(place, *what)
 
 
@@ -183,9 +181,10 @@ def _tells(protocol: Protocol, diagnostics: Diagnostics) -> None:
 
 
 def _wrong(
-    protocol: Protocol, where: str, unit: str, owner: str, teller: Json
+    protocol: Protocol, where: str, setting: Json, owner: str, teller: Json
 ) -> Iterator[tuple[str, str]]:
     """Yield code and text of each error in a set that gives the value of a setting."""
+    unit, quantity = setting.get("unit", ""), setting.get("quantity", "")
     members = [m for m in protocol.messages if m.set == (owner, "get")]
     members += [m for m in protocol.messages if m.set == (owner, "set")]
     if not members:
@@ -196,10 +195,23 @@ def _wrong(
     if field is None:
         yield "SW021", f"{where}: {owner} has no field {teller['field']}"
         return
+    for name in teller.get("not_on", ()):
+        if name not in protocol.units.get("units", {}):
+            yield "SW021", f"{where}: unknown unit {name} in `not_on`"
+    state = teller.get("while", {})
+    if state and state["field"] not in fields:
+        yield "SW021", f"{where}: {owner} has no field {state['field']}"
+    for name in state.get("values", ()) if state.get("field") in fields else ():
+        if name not in _names(fields[state["field"]].enum):
+            yield "SW021", f"{where}: {state['field']} has no value {name}"
     values = teller.get("values", {})
     for name in values:
         if name not in _names(field.enum):
             yield "SW021", f"{where}: {field.name} has no value {name}"
+    if quantity:
+        if unit or not field.quantity or field.quantity.name != quantity:
+            yield "SW037", f"{where} is a {quantity} in counts, but {field.name} or its unit is not"
+        return
     if not field.enum and not unit:
         yield "SW037", f"{where} has no unit, so {field.name} requires an enumeration"
     elif field.enum and unit and not values:

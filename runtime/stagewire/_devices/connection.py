@@ -8,28 +8,23 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Final, Generic, Protocol, TypeAlias, TypeVar
+from typing import Any, Final, Generic, Protocol, TypeVar
 
 from stagewire._codec.message import Message
 from stagewire._devices.limits import Limits, check_measurable, limits_of
 from stagewire._devices.motions import Motions
 from stagewire._devices.options import SETTINGS, Choices
 from stagewire._devices.scales import Scales, ToldValue
+from stagewire._devices.stages import Name, Place, Stages
 from stagewire._devices.stated_limits import TOLERANCES
 from stagewire._devices.tables import Action, Command
+from stagewire._devices.travel import Held
 from stagewire._devices.unit import Alias, Facts, Setting, Told, Unit
 from stagewire._devices.values import Values
 from stagewire._framings.slots.protocol import CommandProtocol
 from stagewire._sessions.options import Ends, SessionOptions
 
 _log = logging.getLogger("stagewire")
-
-
-Place: TypeAlias = tuple[int, int | None]
-"""Address (or axis) and channel."""
-
-Name: TypeAlias = int | str | tuple[int, int]
-"""How a user names a place: channel or bay by number, axis by name, channel in a bay by two numbers."""
 
 
 _NO_LIMITS = Limits(None, {}, {})
@@ -101,12 +96,7 @@ class Connection(Generic[T]):
             for cls in (told.set, told.get):
                 if cls is not None:
                     self._telling.setdefault(cls, []).append((setting, told))
-        self._limits = {
-            place: limits_of(
-                choices.stage_of(name), choices.travel_of(name), choices.ceilings_of(name)
-            )
-            for place, name in places.items()
-        }
+        self.stages = Stages(facts.package, unit, choices, places)
         self.forget()
         self._check_limits()
 
@@ -114,8 +104,10 @@ class Connection(Generic[T]):
         """Forget what the controller reported, before it is read again on another line."""
         self.motions.leave()
         self.info = None
+        self.stages.forget()
         unit, choices = self.unit, self.choices
         self.names = (choices.model or unit.name,)
+        self._ends: dict[Place, dict[tuple[str, bool], dict[str, int]]] = {}
         self._bare = Scales(
             unit.name,
             self.facts.quantities,
@@ -131,10 +123,34 @@ class Connection(Generic[T]):
                     setting,
                     ToldValue(value, self.facts.settings[setting].unit, f"set by {option}"),
                 )
-        self._scales = {
-            place: replace(self._bare, stage=choices.stage_of(name))
+        self._use_stages()
+
+    def _use_stages(self) -> None:
+        """Set the scales and limits of every place to those of its stage."""
+        choices, found = self.choices, {place: self.stages.at(place) for place in self.places}
+        self._scales = {place: replace(self._bare, stage=stage) for place, stage in found.items()}
+        self._limits = {
+            place: limits_of(found[place], choices.travel_of(name), choices.ceilings_of(name))
             for place, name in self.places.items()
         }
+
+    def reported_stage(self, place: Place, id: int) -> None:
+        """Store the stage that the controller reported at a place, which has its scales from now on.
+
+        A stage that the user chose keeps its place.
+        """
+        self.stages.report(place, id, self.names)
+
+    def stages_reported(self) -> None:
+        """Use the stages that the controller reported; it reports no others until the line is reopened.
+
+        Raise :class:`~stagewire.errors.UnknownScaleError` for a limit of the user that cannot be checked.
+        """
+        self.stages.are_known = True
+        self._use_stages()
+        self._check_limits()
+        for warning in self.stages.contradictions():
+            _log.warning("%s: %s", self.url, warning)
 
     def identified(self, names: tuple[str, ...]) -> None:
         """Use the scales of the units or aliases that the controller may be.
@@ -155,7 +171,9 @@ class Connection(Generic[T]):
         return [self.facts.aliases[name] for name in self.names if name in self.facts.aliases]
 
     def _check_limits(self) -> None:
-        """Raise an error for a limit of the user that cannot be checked."""
+        """Raise an error for a limit of the user that cannot be checked, once the stages are known."""
+        if not self.stages.are_known:
+            return
         unit = self.unit
         has_status = unit.status_query is not None
         for place, limits in self._limits.items():
@@ -222,12 +240,16 @@ class Connection(Generic[T]):
 
     def limits(self, place: Place) -> Limits:
         """Return the limits of one channel that can currently be checked."""
-        limits = self.stated_limits(place)
-        return limits.now(self.scales(place))
+        scales = self.scales(place)  # it also learns
+        return self.stated_limits(place).now(scales)
 
     def stated_limits(self, place: Place) -> Limits:
         """Return all limits of the stage on one channel, checked or not."""
-        return self._limits.get(place, _NO_LIMITS)
+        held = (
+            Held.between(ends.values(), source, chosen=chosen)
+            for (source, chosen), ends in self._ends.get(place, {}).items()
+        )
+        return self._limits.get(place, _NO_LIMITS).holding(one for one in held if one is not None)
 
     @property
     def telling(self) -> tuple[type[Message], ...]:
@@ -239,6 +261,9 @@ class Connection(Generic[T]):
         """Store the settings that a message reports or sets."""
         for setting, told in self._telling.get(type(message), ()):
             raw = getattr(message, told.field)
+            if setting.quantity:
+                self._learn_end(address, channel, message, setting, told)
+                continue
             if told.values is not None:
                 found = told.values.get(raw, str(raw))
                 value = found if isinstance(found, str) else Fraction(found)
@@ -253,6 +278,24 @@ class Connection(Generic[T]):
                 for place, scales in self._scales.items():
                     if place[0] == address and channel in (None, place[1]):
                         self._scales[place] = scales.told(setting.name, now)
+
+    def _learn_end(
+        self, address: int, channel: int | None, message: Message, setting: Setting, told: Told
+    ) -> None:
+        """Store an end of the travel that the controller allows, or forget one that it no longer applies."""
+        field = self.channel_field(type(message))
+        channel = getattr(message, field) if field else channel
+        reported = told.get or told.set
+        assert reported is not None
+        group = (f"from {reported.layout.message}", told.active is not None)
+        with self._learning:
+            for place in self.places:
+                if place[0] != address or channel not in (None, place[1]):
+                    continue
+                ends = self._ends.setdefault(place, {}).setdefault(group, {})
+                ends.pop(setting.name, None)
+                if told.applies(message):
+                    ends[setting.name] = getattr(message, told.field)
 
     def channel_field(self, cls: type[Message]) -> str | None:
         """Return the name of the field for the channel, if a message has one."""

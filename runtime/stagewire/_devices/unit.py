@@ -30,6 +30,8 @@ class Told:
     :param field: field for the setting, in ``set`` and ``get``.
     :param scale: scale of the field, for a setting that is a number.
     :param values: value of the field -> value of the setting, if a table defines it.
+    :param active: another field, and its values with which the setting applies; None: always.
+    :param not_on: units on which the field has no meaning.
     """
 
     set: type[Message] | None
@@ -38,19 +40,27 @@ class Told:
     field: str
     scale: Scale | None = None
     values: Mapping[int, int | Fraction | str] | None = None
+    active: tuple[str, tuple[int, ...]] | None = None
+    not_on: tuple[str, ...] = ()
+
+    def applies(self, message: Message) -> bool:
+        """Return whether the setting that a message reports applies."""
+        return self.active is None or getattr(message, self.active[0]) in self.active[1]
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """A setting of a controller that scales depend on.
+    """A setting of a controller that scales depend on, or an end of the travel that it allows.
 
-    :param unit: unit of its value; empty if it is a case.
+    :param unit: unit of its value; empty if it is a case or an end.
     :param told: messages that report it.
+    :param quantity: quantity of an end, which is in counts.
     """
 
     name: str
     unit: str
     told: tuple[Told, ...]
+    quantity: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,7 +295,7 @@ class Facts:
         """Yield every setting of a unit with the messages that report it."""
         for setting in self.settings.values():
             for told in setting.told:
-                classes = (told.set, told.get)
+                classes = (told.set, told.get) if unit.name not in told.not_on else ()
                 if any(cls is not None and cls.layout.message in unit.messages for cls in classes):
                     yield setting, told
 

@@ -2569,6 +2569,36 @@ _TBD001_STATUS_BITS_HINDRANCES = (
 )
 
 SETTINGS: dict[str, Setting] = {
+    "clockwise_limit": Setting(
+        "clockwise_limit",
+        "",
+        (
+            Told(
+                set=m.MotSetLimSwitchParams,
+                req=m.MotReqLimSwitchParams,
+                get=m.MotGetLimSwitchParams,
+                field="cw_soft_limit",
+                active=("software_limit_mode", (0x02, 0x03)),
+                not_on=("TDC001",),
+            ),
+        ),
+        quantity="position",
+    ),
+    "counterclockwise_limit": Setting(
+        "counterclockwise_limit",
+        "",
+        (
+            Told(
+                set=m.MotSetLimSwitchParams,
+                req=m.MotReqLimSwitchParams,
+                get=m.MotGetLimSwitchParams,
+                field="ccw_soft_limit",
+                active=("software_limit_mode", (0x02, 0x03)),
+                not_on=("TDC001",),
+            ),
+        ),
+        quantity="position",
+    ),
     "display_mode": Setting(
         "display_mode",
         "",
@@ -2598,6 +2628,32 @@ SETTINGS: dict[str, Setting] = {
                 scale=quantities.FORCE_CALIBRATION,
             ),
         ),
+    ),
+    "highest_position": Setting(
+        "highest_position",
+        "",
+        (
+            Told(
+                set=m.MotSetPmdStageAxisParams,
+                req=m.MotReqPmdStageAxisParams,
+                get=m.MotGetPmdStageAxisParams,
+                field="max_pos",
+            ),
+        ),
+        quantity="position",
+    ),
+    "lowest_position": Setting(
+        "lowest_position",
+        "",
+        (
+            Told(
+                set=m.MotSetPmdStageAxisParams,
+                req=m.MotReqPmdStageAxisParams,
+                get=m.MotGetPmdStageAxisParams,
+                field="min_pos",
+            ),
+        ),
+        quantity="position",
     ),
     "lut_value_type": Setting(
         "lut_value_type",
@@ -4357,7 +4413,8 @@ UNITS: dict[str, Unit] = {
         keep_alive=m.MotAckDcStatusUpdate,
         update_rate_hz=10,
         usb_prefix=70,
-        prefixes=(70,),
+        card_usb_prefix=90,
+        prefixes=(70, 90),
         stages=(
             "APT_STEPPER",
             "ZST",
@@ -4630,7 +4687,8 @@ UNITS: dict[str, Unit] = {
         status="stepper",
         update_rate_hz=10,
         usb_prefix=70,
-        prefixes=(70,),
+        card_usb_prefix=90,
+        prefixes=(70, 90),
         reported_as=("SCC201",),
         stages=(
             "APT_STEPPER",

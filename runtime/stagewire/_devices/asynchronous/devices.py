@@ -30,6 +30,7 @@ from stagewire._devices.structure import (
 )
 from stagewire._devices.unit import commanded, framed
 from stagewire._links.link import AsyncClosing, AsyncLink
+from stagewire._links.usb import usb_url
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
 from stagewire._sessions.command_exchanges import in_low_level, switching
 from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
@@ -55,13 +56,16 @@ class _Opened(DeviceBase, Part, AsyncClosing):
         self._opened = 0  # how many times the line was reopened
 
     @classmethod
-    def open(cls, url: str | AsyncLink, **options: Unpack[OpenOptions]) -> Opening[Self]:
+    def open(
+        cls, url: str | AsyncLink | None = None, **options: Unpack[OpenOptions]
+    ) -> Opening[Self]:
         """Open a line and return the controller on it, to await or to enter. Nothing moves.
 
         ``async with TDC001.open(url) as tdc:`` closes it at the end. After ``tdc = await TDC001.open(url)``,
         call :meth:`close`.
 
-        :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``socket://host:4001`` or ``virtual://TDC001``.
+        :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``usb://83812345``, ``socket://host:4001`` or
+            ``virtual://TDC001``. If it is left out, the USB port of ``serial_number=`` is opened.
 
         For the options, see :class:`~stagewire.devices.OpenOptions`. Raise
         :class:`~stagewire.errors.LinkOpenError`, :class:`~stagewire.errors.WrongUnitError`,
@@ -72,8 +76,10 @@ class _Opened(DeviceBase, Part, AsyncClosing):
 
     @classmethod
     def _open(
-        cls, link: str | AsyncLink | Device, options: OpenOptions, bay: int = 1
+        cls, link: str | AsyncLink | Device | None, options: OpenOptions, bay: int = 1
     ) -> Opening[Self]:
+        if link is None:
+            link = usb_url(options.get("serial_number"))
         if isinstance(link, Device):
             check_guest(cls.unit, options, link.unit.name)
             while isinstance(link._link, Device):  # a guest itself
@@ -182,7 +188,10 @@ class _Module(Device):
 
     @classmethod
     def open(
-        cls, url: str | AsyncLink | Device, bay: int = 1, **options: Unpack[OpenOptions]
+        cls,
+        url: str | AsyncLink | Device | None = None,
+        bay: int = 1,
+        **options: Unpack[OpenOptions],
     ) -> Opening[Self]:
         """Open a line to a rack and return the controller in a bay, counted from 1: bay 1 is 0x21.
 

@@ -28,6 +28,7 @@ from stagewire._devices.synchronous.transport import (
 )
 from stagewire._devices.unit import commanded, framed
 from stagewire._links.link import Closing, Link
+from stagewire._links.usb import usb_url
 from stagewire._sessions.command_exchanges import in_low_level, switching
 from stagewire._sessions.synchronous import CommandSession, FramedSession
 from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
@@ -53,10 +54,11 @@ class _Opened(DeviceBase, Part, Closing):
         self._opened = 0  # how many times the line was reopened
 
     @classmethod
-    def open(cls, url: str | Link, **options: Unpack[OpenOptions]) -> Self:
+    def open(cls, url: str | Link | None = None, **options: Unpack[OpenOptions]) -> Self:
         """Open a line and return the controller on it. Nothing moves.
 
-        :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``socket://host:4001`` or ``virtual://TDC001``.
+        :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``usb://83812345``, ``socket://host:4001`` or
+            ``virtual://TDC001``. If it is left out, the USB port of ``serial_number=`` is opened.
 
         For the options, see :class:`~stagewire.devices.OpenOptions`. Raise
         :class:`~stagewire.errors.LinkOpenError`, :class:`~stagewire.errors.WrongUnitError`,
@@ -66,7 +68,9 @@ class _Opened(DeviceBase, Part, Closing):
         return cls._open(url, options)
 
     @classmethod
-    def _open(cls, link: str | Link | Device, options: OpenOptions, bay: int = 1) -> Self:
+    def _open(cls, link: str | Link | Device | None, options: OpenOptions, bay: int = 1) -> Self:
+        if link is None:
+            link = usb_url(options.get("serial_number"))
         if isinstance(link, Device):
             check_guest(cls.unit, options, link.unit.name)
             while isinstance(link._link, Device):  # a guest itself
@@ -175,7 +179,12 @@ class _Module(Device):
     """A controller in a bay of a rack."""
 
     @classmethod
-    def open(cls, url: str | Link | Device, bay: int = 1, **options: Unpack[OpenOptions]) -> Self:
+    def open(
+        cls,
+        url: str | Link | Device | None = None,
+        bay: int = 1,
+        **options: Unpack[OpenOptions],
+    ) -> Self:
         """Open a line to a rack and return the controller in a bay, counted from 1: bay 1 is 0x21.
 
         :param url: as in :meth:`Device.open`; or another open module of the rack, to share its line. Closing
