@@ -12,6 +12,7 @@ from stagewire._devices.connection import Connection
 from stagewire._devices.endpoint import CONTROLLER, Endpoint
 from stagewire._devices.identity import check_number, described_identity
 from stagewire._devices.options import OpenOptions, choose
+from stagewire._devices.readiness import advice
 from stagewire._devices.scales import Scales
 from stagewire._devices.stages import Name, Place
 from stagewire._devices.unit import Facts, Unit, commanded
@@ -273,8 +274,16 @@ def _name(name: Name) -> str:
 
 
 def _channel(connection: Connection[Any], place: Place) -> tuple[str, ...]:
-    """Return the lines for a channel: its stage, limits and scales."""
+    """Return the lines for a channel: its stage, what prevents motions, its limits and scales."""
     scales, unit = connection.scales(place), connection.unit
     limits = connection.stated_limits(place).described(unit.settable, scales)
-    stage = connection.stages.described(place)
-    return stage, *limits, *scales.described(unit.quantities)
+    state = (
+        f"motions are refused: {'; '.join(faults)}; {advice(unit, needed)}"
+        for needed, faults in connection.readiness.faults(place).items()
+    )
+    return (
+        connection.stages.described(place),
+        *state,
+        *limits,
+        *scales.described(unit.quantities),
+    )

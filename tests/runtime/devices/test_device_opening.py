@@ -30,10 +30,16 @@ from stagewire_apt.devices.facts import FACTS
 from stagewire_ms2000 import MS2000
 
 
-def test_opening_only_requests_the_identity() -> None:
+def test_opening_only_requests_the_identity_and_the_state_that_motions_need() -> None:
     line = RecordingLink(virtual.TDC001())
     with TDC001.open(line) as tdc:
-        assert line.names(PROTOCOL) == ["HW_REQ_INFO"]
+        assert line.names(PROTOCOL) == [
+            "HW_REQ_INFO",
+            "MOT_REQ_HOMEPARAMS",
+            "MOD_REQ_CHANENABLESTATE",
+            "MOT_REQ_VELPARAMS",
+            "MOT_REQ_JOGPARAMS",
+        ]
         assert tdc.serial_number == tdc.get_info().serial_number
         assert tdc.info is not None
 

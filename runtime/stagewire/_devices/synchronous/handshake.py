@@ -11,6 +11,7 @@ from typing import Any, Final
 from stagewire._devices.connection import Connection
 from stagewire._devices.identity import check_identity, firmware_of, unanswered
 from stagewire._devices.synchronous.calls import query
+from stagewire._devices.synchronous.readiness import read_state
 from stagewire._devices.synchronous.transport import (
     Endpoint,
     FramedTransport,
@@ -83,10 +84,10 @@ def wait_for_timeouts(connection: Connection[Transport]) -> None:
 def _ask_stages_and_settings(
     connection: Connection[Transport], own: Endpoint, info: Values[Any]
 ) -> None:
-    """Request from every channel its stage, and the settings that its scales depend on."""
+    """Request from every channel its stage, the settings of its scales, and the state that motions need."""
     tables, unit = _tables(connection), connection.unit
-    reports = unit.reports_stage
-    if not tables and reports is None:
+    reports, needs_state = unit.reports_stage, bool(unit.needs)
+    if not tables and reports is None and not needs_state:
         return
     for place in connection.places:
         bay = unit.bays.index(place[0]) if unit.kind == "rack" else None  # 0-based on the wire
@@ -100,6 +101,8 @@ def _ask_stages_and_settings(
                 connection.reported_stage(place, reports.id_in(told.message))
         for table in tables:
             _answer(endpoint, table, "a setting")
+        if needs_state:
+            needs_state = read_state(endpoint)
     if reports is not None:
         connection.stages_reported()
 
@@ -117,12 +120,17 @@ def _answer(
 
 
 def leave(connection: Connection[Transport]) -> None:
-    """Stop the motions of a device whose line others still use, unless ``on_close`` is ``leave``."""
+    """Stop the motions of a device whose line others still use, unless ``on_close`` is ``leave``.
+
+    Then stop the updates that it has started. Its connection is that of the others, and is not ended.
+    """
     transport, choices = connection.transport, connection.choices
     assert isinstance(transport, FramedTransport)
     with suppress(StagewireError):  # the line may be lost
         for address, halt in connection.motions.halts() if choices.stop_on_close else ():
             transport.halt(halt, None, address, choices.timeout)
+        for address, ending in connection.updating:
+            transport.send(ending(), address, choices.timeout)
         transport.keep_alive(None, connection.addresses)
 
 
