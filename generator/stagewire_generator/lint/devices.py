@@ -57,6 +57,7 @@ def check_devices(
         _defaults(protocol, message, diagnostics)
         _halts(protocol, message, messages, diagnostics)
         _asked(protocol, message, messages, diagnostics)
+        _required(message, messages, diagnostics)
         _faults(protocol, message, diagnostics)
     _tells(protocol, diagnostics)
     for document in quantities:
@@ -152,6 +153,25 @@ def _asked(
                     message.name, key, read.name, asked["when"]["field"], asked["when"]["value"]
                 )
                 diagnostics.add(message.place, "SW021", what)
+
+
+def _required(message: Message, messages: dict[str, Message], diagnostics: Diagnostics) -> None:
+    """Check the requests for the state that a motion needs."""
+    for name, need in message.exchange.get("requires", {}).items():
+        read = messages.get(name)
+        if read is None or not read.set:
+            what = f"{message.name}: requires: {name} is not the request of a parameter set"
+            diagnostics.add(message.place, "SW021", what)
+            continue
+        fields = {field.name for field in _answer(read, messages)}
+        ignored = need.get("ignored", {"fields": (), "with": name})
+        for field in (*need.get("usable", ()), *need.get("unhindered", ()), *ignored["fields"]):
+            if field not in fields:
+                what = f"{message.name}: requires: the reply to {name} has no field {field}"
+                diagnostics.add(message.place, "SW021", what)
+        if ignored["with"] not in messages:
+            what = f"{message.name}: requires: unknown message {ignored['with']}"
+            diagnostics.add(message.place, "SW021", what)
 
 
 def _faults(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:

@@ -11,6 +11,8 @@ from stagewire.support import (
     ByUnit,
     Facts,
     Hindrance,
+    Need,
+    Positions,
     Rule,
     Scale,
     Setting,
@@ -2968,6 +2970,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3049,6 +3079,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3130,6 +3188,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3203,6 +3289,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3281,6 +3395,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3359,6 +3501,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3432,6 +3602,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _BBD30X_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3511,6 +3709,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _BBD30X_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3590,6 +3816,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _BBD30X_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3659,6 +3913,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3709,6 +3995,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3738,6 +4056,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=21,
         prefixes=(21,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3775,6 +4094,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=31,
         prefixes=(31,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3812,6 +4132,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=41,
         prefixes=(41,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3847,6 +4168,7 @@ UNITS: dict[str, Unit] = {
         family="card_slot_piezo",
         status="piezo",
         update_rate_hz=10,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3884,6 +4206,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=71,
         prefixes=(71,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3914,6 +4237,7 @@ UNITS: dict[str, Unit] = {
         family="benchtop_piezo",
         status="piezo",
         update_rate_hz=10,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3945,6 +4269,7 @@ UNITS: dict[str, Unit] = {
         family="card_slot_piezo",
         status="piezo",
         update_rate_hz=10,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3978,6 +4303,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=71,
         prefixes=(71,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -4011,6 +4337,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         prefixes=(41,),
         reported_as=("PCC301",),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -4097,6 +4424,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4173,6 +4532,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4277,6 +4668,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4382,6 +4805,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4413,7 +4868,8 @@ UNITS: dict[str, Unit] = {
         keep_alive=m.MotAckDcStatusUpdate,
         update_rate_hz=10,
         usb_prefix=70,
-        prefixes=(70,),
+        card_usb_prefix=90,
+        prefixes=(70, 90),
         stages=(
             "APT_STEPPER",
             "ZST",
@@ -4489,6 +4945,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4575,6 +5063,42 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={
+            m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,),
+            m.HwDisconnect: (),
+            m.HwNoFlashProgramming: (),
+        },
         quantities=(
             "acceleration",
             "analog_input",
@@ -4660,6 +5184,42 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={
+            m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,),
+            m.HwDisconnect: (),
+            m.HwNoFlashProgramming: (),
+        },
         quantities=(
             "acceleration",
             "analog_input",
@@ -4686,7 +5246,8 @@ UNITS: dict[str, Unit] = {
         status="stepper",
         update_rate_hz=10,
         usb_prefix=70,
-        prefixes=(70,),
+        card_usb_prefix=90,
+        prefixes=(70, 90),
         reported_as=("SCC201",),
         stages=(
             "APT_STEPPER",
@@ -4747,6 +5308,42 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={
+            m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,),
+            m.HwDisconnect: (),
+            m.HwNoFlashProgramming: (),
+        },
         quantities=(
             "acceleration",
             "analog_input",
@@ -4793,6 +5390,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4864,6 +5493,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _KBD101_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4979,6 +5636,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _KDC101_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5032,6 +5721,11 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.CHAN_ENABLE_STATE,),
+        needs={
+            m.MotMoveAbsoluteHeader: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveAbsolute: (Need(t.CHAN_ENABLE_STATE, ()),),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5125,6 +5819,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5222,6 +5948,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5273,6 +6031,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5317,6 +6107,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5362,6 +6184,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5391,6 +6245,19 @@ UNITS: dict[str, Unit] = {
         status_query=t.MOT_STATUS_BITS,
         hindrances={m.MotGetStatusBits: ("status_bits", _DC_STATUS_BITS_HINDRANCES)},
         diagnosis=(t.MOT_STATUS_BITS,),
+        positions=Positions(
+            t.JOG,
+            "direction",
+            t.MOT_STATUS_BITS,
+            "status_bits",
+            ((0x01, 0x1), (0x02, 0x2)),
+            t.MFF_OPER_PARAMS,
+            "transit_time",
+            "transit_time_adc",
+            10000000,
+            -1.591,
+        ),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=("milliseconds",),
         settable=("milliseconds",),
     ),
@@ -5411,6 +6278,19 @@ UNITS: dict[str, Unit] = {
         status_query=t.MOT_STATUS_BITS,
         hindrances={m.MotGetStatusBits: ("status_bits", _DC_STATUS_BITS_HINDRANCES)},
         diagnosis=(t.MOT_STATUS_BITS,),
+        positions=Positions(
+            t.JOG,
+            "direction",
+            t.MOT_STATUS_BITS,
+            "status_bits",
+            ((0x01, 0x1), (0x02, 0x2)),
+            t.MFF_OPER_PARAMS,
+            "transit_time",
+            "transit_time_adc",
+            10000000,
+            -1.591,
+        ),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=("milliseconds",),
         settable=("milliseconds",),
     ),
@@ -5447,6 +6327,22 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+            ),
+            m.MotMoveRelativeHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveRelative: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsoluteHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsolute: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveJog: (Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),),
+        },
+        reports_ends_after=t.HOME_PARAMS,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5490,6 +6386,22 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+            ),
+            m.MotMoveRelativeHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveRelative: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsoluteHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsolute: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveJog: (Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),),
+        },
+        reports_ends_after=t.HOME_PARAMS,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5516,6 +6428,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=51,
         prefixes=(51,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5622,6 +6535,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5711,6 +6656,37 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5761,6 +6737,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5821,6 +6829,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5893,6 +6933,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _TBD001_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5999,6 +7067,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -6038,6 +7138,7 @@ UNITS: dict[str, Unit] = {
             " after being enabled has locked up"
         ),
         also_at=(0x11, 0x21),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "display_brightness",
             "lut_output",
@@ -6087,6 +7188,11 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.CHAN_ENABLE_STATE,),
+        needs={
+            m.MotMoveAbsoluteHeader: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveAbsolute: (Need(t.CHAN_ENABLE_STATE, ()),),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "encoder_position",
             "milliseconds",
@@ -6118,6 +7224,7 @@ UNITS: dict[str, Unit] = {
             " after being enabled has locked up"
         ),
         also_at=(0x11, 0x21),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "display_brightness",
             "force_calibration",
@@ -6197,6 +7304,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -6283,6 +7422,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",

@@ -94,7 +94,7 @@ async def _stored(endpoint: Endpoint, what: str, stored: Stored, deadline: Deadl
     table = stored.table
     if table.req is None or table.req.layout.message not in endpoint.connection.unit.messages:
         return None
-    await _refuse_second(endpoint, what, deadline)
+    await refuse_second(endpoint, what, deadline)
     message = (await query(endpoint, table, endpoint.part_of(deadline), {})).message
     if stored.when is not None:
         field, value = stored.when
@@ -109,7 +109,7 @@ async def _status(endpoint: Endpoint, what: str, deadline: Deadline) -> Values[A
     status = endpoint.connection.unit.status_query
     if status is None:
         return None
-    await _refuse_second(endpoint, what, deadline)
+    await refuse_second(endpoint, what, deadline)
     values: Values[Any] = await look(endpoint, status, endpoint.part_of(deadline))
     return values
 
@@ -122,7 +122,7 @@ def _is_homed(status: Values[Any] | None) -> bool:
     return False
 
 
-async def _refuse_second(endpoint: Endpoint, what: str, deadline: Deadline) -> None:
+async def refuse_second(endpoint: Endpoint, what: str, deadline: Deadline) -> None:
     """Raise an error for a motion that would be refused, before anything is requested for it."""
     await refuse_left(endpoint, what, deadline.left)
     running = endpoint.connection.motions.at(endpoint.place)

@@ -96,7 +96,7 @@ def _stored(endpoint: Endpoint, what: str, stored: Stored, deadline: Deadline) -
     table = stored.table
     if table.req is None or table.req.layout.message not in endpoint.connection.unit.messages:
         return None
-    _refuse_second(endpoint, what, deadline)
+    refuse_second(endpoint, what, deadline)
     message = (query(endpoint, table, endpoint.part_of(deadline), {})).message
     if stored.when is not None:
         field, value = stored.when
@@ -111,7 +111,7 @@ def _status(endpoint: Endpoint, what: str, deadline: Deadline) -> Values[Any] | 
     status = endpoint.connection.unit.status_query
     if status is None:
         return None
-    _refuse_second(endpoint, what, deadline)
+    refuse_second(endpoint, what, deadline)
     values: Values[Any] = look(endpoint, status, endpoint.part_of(deadline))
     return values
 
@@ -124,7 +124,7 @@ def _is_homed(status: Values[Any] | None) -> bool:
     return False
 
 
-def _refuse_second(endpoint: Endpoint, what: str, deadline: Deadline) -> None:
+def refuse_second(endpoint: Endpoint, what: str, deadline: Deadline) -> None:
     """Raise an error for a motion that would be refused, before anything is requested for it."""
     refuse_left(endpoint, what, deadline.left)
     running = endpoint.connection.motions.at(endpoint.place)

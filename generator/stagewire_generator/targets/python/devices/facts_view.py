@@ -29,6 +29,11 @@ from stagewire_generator.targets.python.devices.hindrances_view import (
     hindrance_lists,
     said_by,
 )
+from stagewire_generator.targets.python.devices.needs_view import (
+    farewell_entries,
+    need_entries,
+    position_entries,
+)
 from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.plan import device_framing_of
 from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
@@ -346,6 +351,9 @@ def _unit(
         items.append(Nested("also_at=(", also, ")"))
     items += _moving(protocol, unit, tables)
     items += hindrance_entries(protocol, unit, tables)
+    items += need_entries(protocol, unit, tables)
+    items += position_entries(protocol, unit, tables)
+    items += farewell_entries(protocol, unit)
     for argument, of_messages in carried.items():
         names = {q for message in unit.messages for q in of_messages.get(message, ())}
         if names:
