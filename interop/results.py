@@ -1,4 +1,4 @@
-"""What a program of this folder found: one result for each expectation.
+"""The results of a program of this folder: one for each expectation.
 
 A program makes a :class:`Results` for its package and checks expectations with it::
 

@@ -1,4 +1,4 @@
-"""What a controller reports about itself and its stage, and messages that real clients send."""
+"""The identity and the stage that a controller reports, and messages that real clients send."""
 
 from __future__ import annotations
 
