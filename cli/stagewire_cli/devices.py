@@ -36,7 +36,9 @@ Bay = Annotated[
 Stage = Annotated[
     str | None,
     typer.Option(
-        "--stage", metavar="NAME", help="Stage on the controller, such as Z8; needed for mm."
+        "--stage",
+        metavar="NAME",
+        help="Stage on the controller, such as Z8; needed for mm and degrees.",
     ),
 ]
 ScaleSource = Annotated[
@@ -48,21 +50,25 @@ ScaleSource = Annotated[
     ),
 ]
 
-Travel = float | tuple[float, float]
-"""A length from 0, or both ends, in mm."""
 
+def travel_options(text: str | None) -> dict[str, object]:
+    """Return the option of ``open`` for a travel in mm or degrees.
 
-def travel_in_mm(text: str) -> Travel:
-    """Parse a travel; raise :class:`CalledWronglyError` if it is invalid."""
+    Raises :class:`CalledWronglyError` if it is invalid.
+    """
+    if text is None:
+        return {}
+    unit = "deg" if text.endswith("deg") else "mm"
     try:
-        ends = tuple(float(end) for end in text.split(","))
+        ends = tuple(float(end.strip().removesuffix(unit)) for end in text.split(","))
     except ValueError:
         ends = ()
     if len(ends) not in (1, 2) or not all(map(math.isfinite, ends)):
         raise CalledWronglyError(
-            f"--travel must be a length in mm such as 12, or two ends such as -5,5, not {text!r}"
+            "--travel must be a length such as 12 (mm) or 90deg, or two ends such as -5,5 or -8,8deg, "
+            f"not {text!r}"
         )
-    return ends[0] if len(ends) == 1 else (ends[0], ends[1])
+    return {f"travel_{unit}": ends[0] if len(ends) == 1 else ends}
 
 
 def seconds_above_0(text: str | float) -> float:
@@ -82,11 +88,25 @@ def called_wrongly() -> Iterator[None]:
     try:
         yield
     except UnknownScaleError as error:
-        raise CalledWronglyError(
-            f"{error}; on the command line: --unit, --scale-source, --stage and --counts"
-        ) from None
+        raise CalledWronglyError(f"{error}; on the command line: {_way_out(error)}") from None
     except (EncodeError, UnsupportedError) as error:
         raise CalledWronglyError(str(error)) from None
+
+
+_INSTEAD = {
+    "mm": "a number such as 1.5",
+    "deg": "a number with its unit, such as 30deg",
+    "travel_mm": "--travel LOW,HIGH",
+    "travel_deg": "--travel LOW,HIGHdeg",
+}
+"""Keywords of the library -> how to say them on the command line."""
+
+
+def _way_out(error: UnknownScaleError) -> str:
+    """Return the options that make a scale known."""
+    if error.sources:
+        return " or ".join(f"--scale-source {source}" for source in error.sources)
+    return _INSTEAD.get(error.instead, "--unit, --stage and --counts")
 
 
 @contextmanager

@@ -13,13 +13,14 @@ from stagewire_cli.devices import (
     Stage,
     Unit,
     seconds_above_0,
-    travel_in_mm,
+    travel_options,
 )
 from stagewire_cli.errors import CalledWronglyError
 
 MOVE_EXAMPLE = """\b
 Examples:
   stagewire move /dev/ttyUSB0 --stage Z8 --travel 12 --to 1.5
+  stagewire move COM3 --stage PRM1-Z8 --to 30deg
   stagewire move COM3 --counts --by -2000
   stagewire move socket://10.0.0.5:4001 --unit BBD102 --stage MLS203 --bay 2 --to 10 --yes
 """
@@ -49,8 +50,8 @@ MoveTravel = Annotated[
     str | None,
     typer.Option(
         "--travel",
-        metavar="MM|LOW,HIGH",
-        help="Allowed positions in mm: 12 for 0 to 12, or -5,5. Others are refused.",
+        metavar="LENGTH|LOW,HIGH",
+        help="Allowed positions: 12 for 0 to 12 mm, -5,5, or -8,8deg. Others are refused.",
     ),
 ]
 Yes = Annotated[
@@ -70,13 +71,19 @@ Timeout = Annotated[
 def move(
     url: LinkUrl,
     to: Annotated[
-        str | None, typer.Option("--to", metavar="MM", help="Target position in mm.")
+        str | None,
+        typer.Option(
+            "--to", metavar="POSITION", help="Target position, such as 1.5 (mm) or 30deg."
+        ),
     ] = None,
     by: Annotated[
-        str | None, typer.Option("--by", metavar="MM", help="Distance to move in mm.")
+        str | None,
+        typer.Option(
+            "--by", metavar="DISTANCE", help="Distance to move, such as -0.5 (mm) or -10deg."
+        ),
     ] = None,
     counts: Annotated[
-        bool, typer.Option("--counts", help="Read --to or --by as raw counts, not mm.")
+        bool, typer.Option("--counts", help="Read --to or --by as raw counts.")
     ] = False,
     unit: Unit = None,
     stage: Stage = None,
@@ -92,15 +99,15 @@ def move(
 
     Prints the unit, its position and the target, and asks for confirmation. Ctrl-C stops the motion.
     """
-    from stagewire_cli.motion_session import PartAddress, Target, run_move
+    from stagewire_cli.motion_session import PartAddress, run_move
+    from stagewire_cli.target import Target
 
     number = to if by is None else by
     if number is None or None not in (to, by):
         raise CalledWronglyError("give either --to (a position) or --by (a distance)")
     target = Target.parse(number, relative=by is not None, counts=counts)
     where = PartAddress(url, unit, bay, channel, axis)
-    length = None if travel is None else travel_in_mm(travel)
-    options = {"stage": stage, "scale_source": scale_source, "travel_mm": length}
+    options = {"stage": stage, "scale_source": scale_source, **travel_options(travel)}
     run_move(where, target, options, timeout=timeout, yes=yes)
 
 
@@ -149,8 +156,7 @@ def jog(
     from stagewire_cli.motion_session import PartAddress, run_jog
 
     where = PartAddress(url, unit, bay, channel, axis)
-    length = None if travel is None else travel_in_mm(travel)
-    options = {"stage": stage, "scale_source": scale_source, "travel_mm": length}
+    options = {"stage": stage, "scale_source": scale_source, **travel_options(travel)}
     run_jog(where, direction, options, timeout=timeout, yes=yes)
 
 

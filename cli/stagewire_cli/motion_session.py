@@ -7,14 +7,11 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import typer
 
-from stagewire.devices import Values
 from stagewire.errors import (
-    BadValueError,
     ControllerFaultError,
     MotionTimeoutError,
     ReplyTimeoutError,
@@ -22,16 +19,15 @@ from stagewire.errors import (
     TargetNotReachedError,
     UnsupportedError,
 )
-from stagewire.quantities import exact
 from stagewire_cli.devices import (
     called_wrongly,
-    keywords,
     opened,
     parts_of,
     title_of,
 )
 from stagewire_cli.errors import INTERRUPTED, WRONG, CalledWronglyError
 from stagewire_cli.status import Value, numbers_of, status_of
+from stagewire_cli.target import Target
 
 _PIECE = 0.25  # seconds
 _STOP_TIMEOUT = 10.0  # seconds in which a stopped stage must come to rest
@@ -43,8 +39,6 @@ _OTHERWISE = {
     "start_move_absolute": ("start_move_relative", "--by"),
 }
 """Methods that can replace one that a unit lacks, with their options."""
-_IN_UNITS = {"mm": 1, "um": 1000}
-"""The keywords for lengths in calls, and how many of these units are in a mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,58 +83,6 @@ class PartAddress:
         return found
 
 
-@dataclass(frozen=True, slots=True)
-class Target:
-    """A target position, or a distance.
-
-    :param value: the position or distance, in mm or counts.
-    """
-
-    value: Fraction
-    relative: bool
-    counts: bool
-
-    @classmethod
-    def parse(cls, text: str, *, relative: bool, counts: bool) -> Target:
-        """Parse a number; raise :class:`CalledWronglyError` if it is invalid."""
-        option = "--by" if relative else "--to"
-        try:
-            value = exact(text.strip())
-        except BadValueError as error:
-            raise CalledWronglyError(f"{option} {error}") from None
-        if counts and value.denominator != 1:
-            raise CalledWronglyError(f"{option} {text}: counts must be whole numbers")
-        return cls(value, relative, counts)
-
-    def __str__(self) -> str:
-        number = f"{int(self.value)} counts" if self.counts else f"{float(self.value):.10g} mm"
-        return f"by {number}" if self.relative else f"to {number}"
-
-    def is_met_by(self, values: Values[Any] | None) -> bool:
-        """Return whether a status shows the target of a move, within a ten-thousandth of a mm."""
-        if self.relative:
-            return self.value == 0
-        if self.counts:
-            return getattr(values, "position", None) == self.value
-        position = numbers_of(values).get("position") if values is not None else None
-        factor = _IN_UNITS.get(position.unit) if position is not None else None
-        if position is None or factor is None:
-            return False
-        return abs(position.number - float(self.value * factor)) < 1e-4 * factor
-
-    def given(self, start: Callable[..., Any], unit: str) -> dict[str, Fraction | int]:
-        """Return it as the keyword of a call.
-
-        Raises :class:`CalledWronglyError` if the call accepts no lengths.
-        """
-        if self.counts:
-            return {"counts": int(self.value)}
-        for keyword, factor in _IN_UNITS.items():
-            if keyword in keywords(start):
-                return {keyword: self.value * factor}
-        raise CalledWronglyError(f"{unit} does not accept mm here; use --counts")
-
-
 @contextmanager
 def _opened_part(
     where: PartAddress, yes: bool, timeout: float, **options: Any
@@ -166,7 +108,7 @@ def run_move(
     """
     with _opened_part(where, yes, timeout, **options) as (device, name, part):
         start = _call(device, part, f"start_move_{'relative' if target.relative else 'absolute'}")
-        given = target.given(start, device.unit.name)
+        given = target.given(start, part, device.unit.name)
         saying = f"will move from {_position(part)} {target}"
 
         def there() -> bool:

@@ -12,7 +12,7 @@ Json = dict[str, Any]
 
 DOCUMENT_ONLY = "document_only"
 """The class of a fact without evidence."""
-CLASSES = ("hardware_frames", "vendor_program", "independent_driver")
+CLASSES = ("hardware_trial", "hardware_frames", "vendor_program", "independent_driver")
 """All other classes, those with the most weight first."""
 
 

@@ -176,7 +176,17 @@ class SupportVersionError(StagewireError, ImportError):
 
 
 class UnknownScaleError(StagewireError):
-    """The scale of a quantity is unknown for this stage, controller or setting."""
+    """The scale of a quantity is unknown for this stage, controller or setting.
+
+    :param sources: sources with different figures; choose one with ``scale_source=``.
+    :param instead: keyword to use instead of one for stages of the other kind, rotary or linear: ``deg`` or
+        ``travel_mm``.
+    """
+
+    def __init__(self, message: str, *, sources: tuple[str, ...] = (), instead: str = "") -> None:
+        super().__init__(message)
+        self.sources = sources
+        self.instead = instead
 
 
 class LimitError(OutOfRangeError):

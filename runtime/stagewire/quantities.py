@@ -262,6 +262,9 @@ class Stage:
         travel_mm: Number | None = None,
         max_velocity_mm_per_s: Number | None = None,
         max_acceleration_mm_per_s2: Number | None = None,
+        travel_deg: Number | None = None,
+        max_velocity_deg_per_s: Number | None = None,
+        max_acceleration_deg_per_s2: Number | None = None,
         rotary: bool = False,
         **scales: Scale,
     ) -> Stage:
@@ -271,26 +274,36 @@ class Stage:
         ``position``, ``velocity`` and ``acceleration``, and their units are those of the registry.
 
         :param rotary: whether it rotates; its scales are then in degrees, such as ``Scale.counts_per("deg",
-            1919)``, and limits in mm are refused.
+            1919)``.
         :param travel_mm: length of the travel, from one end to the other.
         :param max_velocity_mm_per_s: maximum velocity.
         :param max_acceleration_mm_per_s2: maximum acceleration.
+        :param travel_deg: travel of a rotary stage with ends, from one end to the other.
+        :param max_velocity_deg_per_s: maximum velocity of a rotary stage.
+        :param max_acceleration_deg_per_s2: maximum acceleration of a rotary stage.
 
         A limit that is left out is not checked. Raise :class:`~stagewire.errors.BadValueError` for a limit
-        that is not positive, or in mm for a rotary stage.
+        that is not positive, in mm for a rotary stage, or in degrees for another one.
         """
-        stated = {
+        linear = {
             "travel": (travel_mm, "mm"),
             "max_velocity": (max_velocity_mm_per_s, "mm/s"),
             "max_acceleration": (max_acceleration_mm_per_s2, "mm/s^2"),
         }
+        angular = {
+            "travel": (travel_deg, "deg"),
+            "max_velocity": (max_velocity_deg_per_s, "deg/s"),
+            "max_acceleration": (max_acceleration_deg_per_s2, "deg/s^2"),
+        }
+        stated, others = (angular, linear) if rotary else (linear, angular)
+        if any(value is not None for value, _ in others.values()):
+            kind, unit = ("rotary", "deg") if rotary else ("linear", "mm")
+            raise BadValueError(f"{name}: a {kind} stage has limits in {unit} only")
         limits = {
             limit: Limit.of(value, unit, "your own stage")
             for limit, (value, unit) in stated.items()
             if value is not None
         }
-        if rotary and limits:
-            raise BadValueError(f"{name}: a rotary stage has no limits in mm; leave them out")
         own: dict[str, Mapping[str, Scale | UnknownScale]] = {"": dict(scales)}
         return cls(
             name, "your own stage", 0, own, {"": ()}, by_user=True, limits=limits, rotary=rotary

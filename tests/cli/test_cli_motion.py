@@ -67,6 +67,29 @@ def test_a_move_reports_start_target_and_final_position(
     assert line.count(*MOVES) == line.count(MOVE_ABSOLUTE) == 1
 
 
+def test_a_rotary_stage_moves_in_degrees(stagewire: Stagewire, attach: Attach) -> None:
+    words = ("--unit", "TDC001", "--stage", "CR1-Z7", "--scale-source", "vendor", "--yes")
+    with virtual.TDC001(stage=stages.CR1_Z7) as tdc:
+        attach(tdc)
+        first = stagewire("move", URL, "--to", "0.5deg", "--travel=-1,1deg", *words)
+        second = stagewire("move", URL, "--by", "-0.25 deg", *words)
+        jog = stagewire("jog", URL, "forward", *words)
+    assert (first.code, first.err, second.err, jog.err) == (0, "", "", "")
+    assert "will move from 0.0000 deg to 0.5 deg" in first.out
+    assert "it is at 0.4999 deg" in first.out  # 819 of 819.2 counts
+    assert "will move from 0.4999 deg by -0.25 deg" in second.out
+    assert "will jog forward from 0.2496 deg by the stored step of " in jog.out
+    assert " deg (SINGLE_STEP)" in jog.out
+
+
+def test_a_length_can_have_its_unit(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.TDC001(stage=stages.Z8) as tdc:
+        attach(tdc)
+        result = stagewire("move", URL, "--to", "500um", *Z8)
+    assert "to 0.5 mm" in result.out
+    assert "it is at 0.5000 mm" in result.out
+
+
 def test_a_move_can_be_a_distance_in_counts(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TDC001() as tdc:
         line = attach(tdc)
@@ -172,6 +195,26 @@ def test_without_a_terminal_yes_is_required(
         (["--to", "1", "--stage", "Z8", "--travel", "nan"], "nan"),
         (["--to", "1", "--stage", "Z8", "--travel", "1,2,3"], "two ends such as -5,5"),
         (["--to=-6", "--stage", "Z8", "--travel=-5,5"], "outside the travel, -5 to 5 mm"),
+        (["--to", "1mm", "--counts"], "whole numbers without a unit"),
+        (["--to", "1 km"], "not a number"),
+        (["--to", "3deg"], "--stage and --counts"),
+        (["--to", "3deg", "--stage", "Z8"], "on the command line: a number such as 1.5"),
+        (
+            ["--to", "3", "--stage", "PRM1_Z8"],
+            "PRM1_Z8 is a rotary stage; give degrees, such as --to",
+        ),
+        (["--by", "3mm", "--stage", "PRM1_Z8"], "such as --by 30deg, or --counts"),
+        (["--to", "3deg", "--stage", "PRM1_Z8", "--travel", "9"], "--travel LOW,HIGHdeg"),
+        (["--to", "3deg", "--stage", "PRM1_Z8", "--travel", "4,9deg"], "the travel, 4 to 9 deg"),
+        (["--to", "3deg", "--stage", "PRM1_Z8", "--travel", "xdeg"], "such as -5,5 or -8,8deg"),
+        (
+            ["--to", "3", "--stage", "Z8", "--travel", "9deg"],
+            "on the command line: --travel LOW,HIGH",
+        ),
+        (
+            ["--to", "3deg", "--stage", "CR1_Z7"],
+            "line: --scale-source document or --scale-source vendor",
+        ),
     ],
 )
 def test_wrong_arguments_move_nothing(

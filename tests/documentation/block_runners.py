@@ -40,8 +40,8 @@ NOT_RUN = {
     "stagewire conformance device socket://127.0.0.1:4001 --pics pics.toml --html report.html": (
         "takes a minute; benchmarks/conformance_time.py has complete runs, and the next lines partial ones"
     ),
-    "stagewire conformance device /dev/ttyUSB0 --pics pics.toml --allow-settings --allow-motion 0..5mm"
-    " --allow-eeprom --html report.html": "needs a controller",
+    "stagewire conformance device /dev/ttyUSB0 --pics pics.toml --allow-settings --allow-tuning"
+    " --allow-motion 0..5mm --allow-eeprom --html report.html": "needs a controller",
     "stagewire conformance compare old.json new.json": (
         "needs two reports; tests/cli/test_cli_conformance_compare.py makes some"
     ),

@@ -31,7 +31,7 @@ class DeclaredBench:
     @cached_property
     def allowed(self) -> Permissions:
         """All permissions, within the range."""
-        return Permissions(settings=True, motion=Range.parse(self.motion), eeprom=True)
+        return Permissions(settings=True, motion=Range.parse(self.motion), eeprom=True, tuning=True)
 
     @cached_property
     def checks(self) -> list[Check]:

@@ -55,6 +55,13 @@ def device(
         bool,
         typer.Option("--allow-settings", help="Allow settings to be changed; they are restored."),
     ] = False,
+    allow_tuning: Annotated[
+        bool,
+        typer.Option(
+            "--allow-tuning",
+            help="Allow gains and currents of control loops to be changed; they are restored.",
+        ),
+    ] = False,
     allow_motion: Annotated[
         str | None,
         typer.Option(
@@ -113,6 +120,7 @@ def device(
         unit,
         pics,
         settings=allow_settings,
+        tuning=allow_tuning,
         motion=allow_motion,
         eeprom=allow_eeprom,
         only=several(only),

@@ -30,6 +30,7 @@ def plan_of(
     pics: Path | None,
     *,
     settings: bool,
+    tuning: bool,
     motion: str | None,
     eeprom: bool,
     only: Sequence[str],
@@ -40,7 +41,7 @@ def plan_of(
         span = Range.parse(motion) if motion else None
     except StagewireError as error:
         raise CalledWronglyError(f"--allow-motion: {error}") from None
-    allowed = Permissions(settings=settings, motion=span, eeprom=eeprom)
+    allowed = Permissions(settings=settings, motion=span, eeprom=eeprom, tuning=tuning)
     try:
         return Plan.of(unit, allowed, pics=pics, only=only, seed=seed)
     except StagewireError as error:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _OPTIONS: Final[dict[Need, str]] = {
     Need.SETTINGS: "--allow-settings",
+    Need.TUNING: "--allow-tuning",
     Need.MOTION: "--allow-motion MIN..MAX",
     Need.EEPROM: "--allow-eeprom",
 }

@@ -107,6 +107,7 @@ class Need(StrEnum):
     """A permission that a check needs."""
 
     SETTINGS = "settings"
+    TUNING = "tuning"
     MOTION = "motion"
     EEPROM = "eeprom"
 
@@ -116,6 +117,7 @@ class Permissions:
     """The permissions of a run. Sending requests is always allowed.
 
     :param settings: change settings, and restore them.
+    :param tuning: change the gains and currents of control loops, and restore them.
     :param motion: move stages and drive outputs within a range.
     :param eeprom: write to non-volatile memory.
     """
@@ -123,12 +125,14 @@ class Permissions:
     settings: bool = False
     motion: Range | None = None
     eeprom: bool = False
+    tuning: bool = False
 
     @property
     def granted(self) -> frozenset[Need]:
         """The permissions that are granted."""
         met = {
             Need.SETTINGS: self.settings,
+            Need.TUNING: self.tuning,
             Need.MOTION: self.motion is not None,
             Need.EEPROM: self.eeprom,
         }

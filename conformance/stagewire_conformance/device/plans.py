@@ -24,7 +24,7 @@ from stagewire_conformance.device.targets import RACK
 from stagewire_conformance.notation import as_typed
 from stagewire_conformance.registry import about, known_rules
 
-_GRAVITY: Final = (Need.EEPROM, Need.MOTION, Need.SETTINGS)
+_GRAVITY: Final = (Need.EEPROM, Need.MOTION, Need.TUNING, Need.SETTINGS)
 """A check with several needs is listed under the first of them: a check that moves is listed as moving."""
 
 
@@ -213,6 +213,7 @@ class Plan:
             words += ["--unit", self.declared.unit.name]
         words += ["--allow-settings"] if self.allowed.settings else []
         words += [f"--allow-motion={self.allowed.motion}"] if self.allowed.motion else []
+        words += ["--allow-tuning"] if self.allowed.tuning else []
         words += ["--allow-eeprom"] if self.allowed.eeprom else []
         for pattern in [only] if only else self.only:
             words += ["--only", pattern]

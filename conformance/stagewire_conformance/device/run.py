@@ -244,7 +244,7 @@ class _Run:
         line.rest()
         restoration.restore()
         line.rest()
-        if Need.SETTINGS in check.needs and line.rest_rule:
+        if check.needs & {Need.SETTINGS, Need.TUNING} and line.rest_rule:
             self._see_rest(trial)
         for text in line.settle():
             trial.info(f"received after the check, unsolicited: {text}")

@@ -45,6 +45,7 @@ def allowed_words(report: Report) -> str:
     allowed = report.allowed
     more = [
         *(["change settings, and restore them"] if allowed.settings else []),
+        *(["change control loops, and restore them"] if allowed.tuning else []),
         *([f"move within {allowed.motion}"] if allowed.motion else []),
         *(["write to the EEPROM"] if allowed.eeprom else []),
     ]
@@ -105,6 +106,7 @@ _DECIDED = (Result.PASS, Result.FRAGILE, Result.NON_STRICT, Result.FAIL)
 
 _WHAT = {
     Need.SETTINGS: "no check that changes settings",
+    Need.TUNING: "no check that changes control loops",
     Need.MOTION: "no check that moves",
     Need.EEPROM: "no check that writes to the EEPROM",
 }

@@ -17,6 +17,7 @@ from stagewire_conformance.reports.text import counted, where
 
 _EFFECTS: Final = {
     Need.SETTINGS: "changes settings, and restores them",
+    Need.TUNING: "changes control loops and motor currents, and restores them",
     Need.MOTION: "moves stages or drives outputs",
     Need.EEPROM: "writes to the EEPROM",
 }

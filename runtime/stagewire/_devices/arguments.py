@@ -19,7 +19,12 @@ from stagewire._codec.flags import Enumeration, Flags
 from stagewire._codec.message import Layout, Message
 from stagewire._devices.scales import Scales
 from stagewire._devices.tables import Given, Named
-from stagewire.errors import BadValueError, MissingFieldError, OutOfRangeError
+from stagewire.errors import (
+    BadValueError,
+    MissingFieldError,
+    OutOfRangeError,
+    UnknownScaleError,
+)
 from stagewire.quantities import Number, Scale, exact
 
 
@@ -59,9 +64,18 @@ def fields_of(
                 what, entry, used[0], given[used[0]], scales, of.layout
             )
     if missing and not (some and fields):
-        lacking = ", ".join(" or ".join(entry.keywords) for entry in missing)
+        lacking = ", ".join(" or ".join(_usable(entry, scales)) for entry in missing)
         raise MissingFieldError(f"{what} requires {'at least one of ' if some else ''}{lacking}")
     return fields
+
+
+def _usable(entry: Given, scales: Scales) -> list[str]:
+    """Return the keywords for a value, without those for stages of the other kind."""
+    ways = entry.ways
+    return [
+        entry.keyword,
+        *(name for name, unit, _ in ways if not scales.unit_instead(entry.quantity, unit)),
+    ]
 
 
 def in_unit(value: object, unit: str, keyword: str) -> Number:
@@ -202,6 +216,12 @@ def _converted(
     what: str, entry: Given, keyword: str, value: object, scales: Scales, layout: Layout
 ) -> int:
     [(unit, case)] = [(unit, case) for name, unit, case in entry.ways if name == keyword]
+    if instead := scales.unit_instead(entry.quantity, unit):
+        [right] = [name for name, other, _ in entry.ways if other == instead]
+        raise UnknownScaleError(
+            f"{what}: {keyword}: {scales.other_unit(entry.quantity, unit)}; use {right}=",
+            instead=right,
+        )
     number = in_unit(value, unit, f"{what}: {keyword}")
     scale = scales.of(entry.quantity, unit, case)
     counts = scale.to_counts(number)

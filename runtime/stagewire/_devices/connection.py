@@ -15,6 +15,7 @@ from stagewire._devices.limits import Limits, check_measurable, limits_of
 from stagewire._devices.motions import Motions
 from stagewire._devices.options import SETTINGS, Choices
 from stagewire._devices.scales import Scales, ToldValue
+from stagewire._devices.stated_limits import TOLERANCES
 from stagewire._devices.tables import Action, Command
 from stagewire._devices.unit import Alias, Facts, Setting, Told, Unit
 from stagewire._devices.values import Values
@@ -161,10 +162,8 @@ class Connection(Generic[T]):
             limits.check_measurable(
                 unit.name, unit.settable, self._scales[place], has_status=has_status
             )
-        if self.choices.target_tolerance_mm is not None:
-            check_measurable(
-                "target_tolerance_mm", unit.name, unit.quantities, self._scales.values()
-            )
+        for base in self.choices.target_tolerances:
+            check_measurable(TOLERANCES, base, unit.name, unit.quantities, self._scales.values())
 
     def warn_of_motions(self) -> None:
         """Log the motions that may still be under way on a lost line, where no stop can be sent."""

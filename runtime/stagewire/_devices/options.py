@@ -9,19 +9,25 @@ from math import inf
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, TypedDict
 
-from stagewire._devices.arguments import in_unit
-from stagewire._devices.limits import CEILINGS, POSITION, Travel, parse_travel
+from stagewire._devices.limits import Ceiling
 from stagewire._devices.scales import ByStage, settings_of
+from stagewire._devices.stated_limits import (
+    TOLERANCES,
+    by_name,
+    ceilings_in,
+    positive,
+    tolerances_in,
+    travels_in,
+)
+from stagewire._devices.travel import POSITION, Travel
 from stagewire._devices.unit import Facts, Unit
 from stagewire.errors import BadValueError, UnknownScaleError
-from stagewire.quantities import Number, Scale, ScaleConflict, Stage, exact, find_stages
+from stagewire.quantities import Number, Scale, ScaleConflict, Stage, find_stages
 
 __all__ = ["SETTINGS", "Choices", "OpenOptions", "check_guest", "choose"]
 
 SETTINGS: Final = {"maximum_volts": "max_volts", "maximum_travel": "max_travel_um"}
 """Setting that ``open`` accepts -> its keyword."""
-
-_TOLERANCES: Final = ("target_tolerance_mm", "target_tolerance_counts")
 
 Length: TypeAlias = Number | tuple[Number, Number]
 
@@ -42,17 +48,25 @@ class OpenOptions(TypedDict, total=False):
     """Travel of the stage: from 0 to this value, or ``(low, high)``; or a mapping by channel as in
     ``stages``. Targets outside are refused. The default limit is the length of the travel in the registry, if
     known."""
+    travel_deg: Length | Mapping[Any, Length] | None
+    """Travel of a rotary stage; otherwise like ``travel_mm``."""
     max_velocity_mm_per_s: Number | Mapping[Any, Number] | None
     """Maximum velocity; or a mapping by channel as in ``stages``. It replaces the limit of the stage in the
     registry, and may be higher."""
     max_acceleration_mm_per_s2: Number | Mapping[Any, Number] | None
     """Maximum acceleration; otherwise like ``max_velocity_mm_per_s``."""
+    max_velocity_deg_per_s: Number | Mapping[Any, Number] | None
+    """Maximum velocity of a rotary stage; otherwise like ``max_velocity_mm_per_s``."""
+    max_acceleration_deg_per_s2: Number | Mapping[Any, Number] | None
+    """Maximum acceleration of a rotary stage; otherwise like ``max_velocity_mm_per_s``."""
     target_tolerance_mm: Number | None
-    """How far from its target a motion may end, on every channel whose scale is known. If it ends further
-    away, :class:`~stagewire.errors.TargetNotReachedError` is raised. The default is 0.01 mm, or 500 counts if
-    the scale is unknown."""
+    """How far from its target a motion may end, on every channel whose scale is known and in mm. If it ends
+    further away, :class:`~stagewire.errors.TargetNotReachedError` is raised. The default is 0.01 mm, or 500
+    counts if the scale is unknown."""
+    target_tolerance_deg: Number | None
+    """The same on every channel with a rotary stage; the default is 0.1 degrees."""
     target_tolerance_counts: int | None
-    """The same in counts, with or without a known scale; use only one of the two."""
+    """The same in counts on every channel, with or without a known scale; use it without the other two."""
     max_volts: Number | None
     """Maximum output voltage, if the controller is not asked for it or does not report it."""
     max_travel_um: Number | None
@@ -103,8 +117,8 @@ class Choices:
     stages: Mapping[Any, Stage] = field(default_factory=dict)
     scale_source: str | None = None
     travels: Mapping[Any, Travel] = field(default_factory=dict)
-    ceilings: Mapping[str, Mapping[Any, Fraction]] = field(default_factory=dict)
-    target_tolerance_mm: Fraction | None = None
+    ceilings: Mapping[Any, Mapping[str, Ceiling]] = field(default_factory=dict)
+    target_tolerances: Mapping[str, Fraction] = field(default_factory=dict)
     target_tolerance_counts: int | None = None
     max_volts: Fraction | None = None
     max_travel_um: Fraction | None = None
@@ -132,9 +146,9 @@ class Choices:
         """Return the travel on a channel, bay or axis."""
         return self.travels.get(name)
 
-    def ceilings_of(self, name: object) -> dict[str, Fraction]:
+    def ceilings_of(self, name: object) -> Mapping[str, Ceiling]:
         """Return the other limits on a channel, bay or axis, by name."""
-        return {limit: values[name] for limit, values in self.ceilings.items() if name in values}
+        return self.ceilings.get(name, {})
 
 
 def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions) -> Choices:
@@ -155,23 +169,19 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
     stage = given.get("stage")
     if stage is None and not given.get("stages"):
         stage = unit.built_in
-    named = _by_name("stages", given.get("stages"), stage, names)
+    named = by_name("stages", given.get("stages"), stage, names)
     stages = {name: _stage(facts, unit, stage) for name, stage in named.items()}
-    travels = _one_or_several("travel_mm", given.get("travel_mm"), names)
     line = _one_of("line", given.get("line", "usb"), ("usb", "rs232"))
     on_close = _one_of("on_close", given.get("on_close", "stop"), ("stop", "leave"))
     return Choices(
         stages=stages,
         scale_source=_scale_source(stages.values(), given.get("scale_source")),
-        travels={name: parse_travel(length) for name, length in travels.items()},
-        ceilings={
-            limit: _ceiling(option, given.get(option), unit_of_limit, names)
-            for limit, (_, option, unit_of_limit) in CEILINGS.items()
-        },
-        target_tolerance_mm=_tolerance(given),
+        travels=travels_in(given, names),
+        ceilings=ceilings_in(given, names),
+        target_tolerances=tolerances_in(given),
         target_tolerance_counts=given.get("target_tolerance_counts"),
-        max_volts=_setting("max_volts", given.get("max_volts"), "V"),
-        max_travel_um=_setting("max_travel_um", given.get("max_travel_um"), "um"),
+        max_volts=positive("max_volts", given.get("max_volts"), "V"),
+        max_travel_um=positive("max_travel_um", given.get("max_travel_um"), "um"),
         serial_number=given.get("serial_number"),
         model=_model(facts, unit, given.get("model")),
         address=given.get("address"),
@@ -217,7 +227,7 @@ def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
     for setting, option in SETTINGS.items():
         if given.get(option) is not None and setting not in depended_on:
             raise BadValueError(f"{option}: no value of a {unit.name} depends on it; leave it out")
-    for option in _TOLERANCES:
+    for option in TOLERANCES.values():
         if given.get(option) is not None and POSITION not in unit.quantities:
             raise BadValueError(f"{option}: a {unit.name} does not report positions; leave it out")
     wanted = given.get("serial_number")
@@ -230,38 +240,6 @@ def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
         raise BadValueError(
             f"serial_number cannot be checked, because the controller {why}; leave it out"
         )
-
-
-def _by_name(
-    option: str, several: Mapping[Any, Any] | None, one: Any, names: tuple[Any, ...]
-) -> dict[Any, Any]:
-    """Return the value for each name: its own value if given, or else the common value."""
-    chosen = {} if one is None else dict.fromkeys(names, one)
-    if not isinstance(several or {}, Mapping):
-        raise BadValueError(
-            f"{option} must be a mapping, such as {{{names[0]!r}: …}}, not {several!r}"
-        )
-    for name, value in (several or {}).items():
-        name = name.upper() if isinstance(name, str) else name
-        if name not in names:
-            there = ", ".join(map(str, names))
-            raise BadValueError(f"{option}: unknown key {name!r} (choose {there})")
-        chosen[name] = value
-    return chosen
-
-
-def _one_or_several(option: str, value: object, names: tuple[Any, ...]) -> dict[Any, Any]:
-    """Return the value for each name, given one value or a mapping."""
-    several = value if isinstance(value, Mapping) else None
-    return _by_name(option, several, None if several is not None else value, names)
-
-
-def _ceiling(option: str, value: object, unit: str, names: tuple[Any, ...]) -> dict[Any, Fraction]:
-    numbers = {
-        name: _setting(option, number, unit)
-        for name, number in _one_or_several(option, value, names).items()
-    }
-    return {name: number for name, number in numbers.items() if number is not None}
 
 
 def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:
@@ -343,40 +321,12 @@ def _check_stage(facts: Facts, stage: Stage) -> None:
             )
 
 
-def _setting(keyword: str, value: object, unit: str) -> Fraction | None:
-    if value is None:
-        return None
-    number = exact(in_unit(value, unit, keyword))
-    if number <= 0:
-        raise BadValueError(f"{keyword} must be above 0, not {value}")
-    return number
-
-
 def _pause(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < inf:
         raise BadValueError(
             f"reconnect_pause must be a number of seconds, 0 or more, not {value!r}"
         )
     return float(value)
-
-
-def _tolerance(given: OpenOptions) -> Fraction | None:
-    """Return the tolerance in mm, and check the tolerance in counts."""
-    mm, counts = given.get("target_tolerance_mm"), given.get("target_tolerance_counts")
-    if mm is not None and counts is not None:
-        raise BadValueError(f"{' and '.join(_TOLERANCES)} set the same limit; use only one of them")
-    if counts is not None and (
-        isinstance(counts, bool) or not isinstance(counts, int) or counts < 0
-    ):
-        raise BadValueError(
-            f"target_tolerance_counts must be an integer, 0 or more, not {counts!r}"
-        )
-    if mm is None:
-        return None
-    number = exact(in_unit(mm, "mm", "target_tolerance_mm"))
-    if number < 0:
-        raise BadValueError(f"target_tolerance_mm must be 0 or more, not {mm}")
-    return number
 
 
 def _one_of(option: str, value: object, known: tuple[str, ...]) -> str:

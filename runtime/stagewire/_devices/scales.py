@@ -142,15 +142,13 @@ class Scales:
                     f"{quantity} is {other}, not in {unit}, while {rule.setting} is {now}"
                 )
             rule = chosen
+        if self.unit_instead(quantity, unit):
+            raise UnknownScaleError(self.other_unit(quantity, unit))
         scale = self._apply(rule, quantity)
         if isinstance(scale, UnknownScale):
-            self._refuse(quantity, unit, scale.reason)
+            sources = tuple(scale.scales) if isinstance(scale, ScaleConflict) else ()
+            self._refuse(quantity, unit, scale.reason, sources)
         if scale.unit != unit:
-            if self.stage is not None and self.stage.rotary and isinstance(rule, ByStage):
-                raise UnknownScaleError(
-                    f"{self.stage.name} is a rotary stage: {quantity} is in {scale.unit}, not in {unit}; use "
-                    f"raw counts, which the scale converts: scales.of({quantity!r}, {scale.unit!r})"
-                )
             raise UnknownScaleError(
                 f"the scale of {quantity} is in {scale.unit}, but {unit} is required; "
                 f"source of the scale: {self.source(quantity, scale)}"
@@ -217,10 +215,13 @@ class Scales:
         unknown = f"is unknown; {way}" if way else "the controller does not report"
         return UnknownScale(unit, f"it depends on {setting}, which {unknown}")
 
-    def _refuse(self, quantity: str, unit: str, reason: str) -> NoReturn:
+    def _refuse(
+        self, quantity: str, unit: str, reason: str, sources: tuple[str, ...] = ()
+    ) -> NoReturn:
         raise UnknownScaleError(
             f"the scale of {quantity} in {unit} on {self.controller} is unknown: {reason}; "
-            "raw counts need no scale"
+            "raw counts need no scale",
+            sources=sources,
         )
 
     def unit_of(self, quantity: str) -> str:
@@ -228,7 +229,34 @@ class Scales:
         rule = self.rules[quantity]
         return rule.unit_on(self.stage) if isinstance(rule, ByStage) else _unit_of(rule)
 
+    def units_of(self, quantity: str) -> tuple[str, ...]:
+        """Return the units that a quantity may have: two if it depends on a stage that is unknown."""
+        rule = self.rules[quantity]
+        if self.stage is None and isinstance(rule, ByStage) and rule.rotary_unit:
+            return rule.unit, rule.rotary_unit
+        return (self.unit_of(quantity),)
+
+    def unit_instead(self, quantity: str, unit: str) -> str:
+        """Return the unit of a quantity on the stage if ``unit`` is for stages of the other kind; else empty.
+
+        Stages are rotary or linear.
+        """
+        rule = self.rules[quantity]
+        if self.stage is None or not isinstance(rule, ByStage):
+            return ""
+        right = rule.unit_on(self.stage)
+        return right if unit != right and unit in (rule.unit, rule.rotary_unit) else ""
+
     # For people
+
+    def other_unit(self, quantity: str, unit: str) -> str:
+        """Return why a quantity is not in ``unit`` on a stage of the other kind."""
+        assert self.stage is not None
+        kind = "rotary" if self.stage.rotary else "linear"
+        return (
+            f"{self.stage.name} is a {kind} stage: {quantity} is in {self.unit_instead(quantity, unit)}, "
+            f"not in {unit}"
+        )
 
     def source(self, quantity: str, scale: Scale) -> str:
         """Return where the scale of a quantity comes from."""

@@ -278,5 +278,14 @@ class InUnits(_Value[float]):
 
     def exact(self, values: Values[Any]) -> Fraction:
         """Return the exact value."""
-        scale = values.scales.of(self.quantity, self.unit)
+        scales = values.scales
+        if instead := scales.unit_instead(self.quantity, self.unit):
+            for name, value in vars(type(values)).items():
+                if isinstance(value, InUnits) and (value.field, value.unit) == (
+                    self.field,
+                    instead,
+                ):
+                    why = scales.other_unit(self.quantity, self.unit)
+                    raise UnknownScaleError(f"{why}; read {name}")
+        scale = scales.of(self.quantity, self.unit)
         return scale.from_counts(getattr(values.message, self.field))

@@ -58,7 +58,9 @@ class Bench:
         return SteppedLink(self.controller)
 
     def allowed(self, motion: str | None = None) -> Permissions:
-        return Permissions(settings=True, motion=Range.parse(motion or self.motion), eeprom=True)
+        return Permissions(
+            settings=True, motion=Range.parse(motion or self.motion), eeprom=True, tuning=True
+        )
 
     def behaviour(self, channel: int = 1, bay: int | None = None) -> Any:
         instrument: Any = self.controller.instrument

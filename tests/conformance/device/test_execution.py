@@ -67,10 +67,11 @@ def test_an_interruption_before_the_run_is_reported() -> None:
 
 
 def test_a_plan_lists_effects_and_refusals() -> None:
-    allowed = Permissions(settings=True, motion=Range.parse("0..100000counts"))
+    motion = Range.parse("0..100000counts")
+    allowed = Permissions(settings=True, tuning=True, motion=motion)
     plan = Plan.of("TDC001", allowed)
     effects = plan.effects()
-    assert list(effects) == [Need.SETTINGS, Need.MOTION]
+    assert list(effects) == [Need.SETTINGS, Need.TUNING, Need.MOTION]
     assert all(Need.MOTION in check.needs for check in effects[Need.MOTION])
     assert all(Need.MOTION not in check.needs for check in effects[Need.SETTINGS])
     assert not any("not allowed" in why for why in plan.refusals())

@@ -28,6 +28,7 @@ UNITS = sorted(known_units())
 PERMISSIONS = {
     "no": Permissions(),
     "settings": Permissions(settings=True),
+    "tuning": Permissions(tuning=True),
     "motion": Permissions(motion=MOTION),
     "eeprom": Permissions(eeprom=True),
     "settings+motion": Permissions(settings=True, motion=MOTION),
@@ -46,6 +47,8 @@ def opened(declared: Declaration, allowed: Permissions) -> set[str]:
             effects.add("connection")  # mode switches
     if allowed.motion:
         effects.add("motion")
+    if allowed.tuning:
+        effects.add("tuning")
     if allowed.eeprom:
         effects.add("eeprom")
     return effects
@@ -128,6 +131,51 @@ def test_every_message_is_sent_or_refused_by_its_effect(
     assert len(refused) > 4
 
 
+DANGEROUS = {
+    "eeprom": ("MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS"),
+    "tuning": (
+        "MOT_SET_DCPIDPARAMS", "MOT_SET_PMDPOSITIONLOOPPARAMS", "MOT_SET_PMDMOTOROUTPUTPARAMS",
+        "MOT_SET_PMDCURRENTLOOPPARAMS", "MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS",
+        "MOT_SET_KCUBEKSTLOOPPARAMS", "PZ_SET_PICONSTS",
+    ),
+    "never": ("MOT_SET_PZSTAGEPARAMDEFAULTS",),
+}  # fmt: skip
+"""Flag -> messages that are sent only with it: saves, gains and currents of loops, restored defaults."""
+ALL_BUT = {
+    "eeprom": Permissions(settings=True, motion=MOTION, tuning=True),
+    "tuning": Permissions(settings=True, motion=MOTION, eeprom=True),
+    "never": Permissions(settings=True, motion=MOTION, eeprom=True, tuning=True),
+}
+"""Every permission but one."""
+APT_UNITS = [unit for unit in UNITS if isinstance(known_units()[unit], FramedProtocol)]
+
+
+@pytest.mark.parametrize("unit", APT_UNITS)
+def test_a_dangerous_message_is_refused_without_its_own_flag(unit: str) -> None:
+    declared = declared_as(unit)
+    link = WatchedLink(SteppedLink(controller_of(unit)))
+    messages = [*messages_of(declared)]
+    for flag, allowed in ALL_BUT.items():
+        line = AptLine(link, declared, allowed)
+        dangerous = [each for each in messages if each.layout.message in DANGEROUS[flag]]
+        assert {each.layout.message for each in dangerous} == {*DANGEROUS[flag]}
+        for message, place in product(dangerous, declared.places):
+            with pytest.raises(NotAllowedError, match=message.layout.message):
+                line.send(message, place.address)
+            with pytest.raises(NotAllowedError, match=message.layout.message):
+                line.send_bytes(message.pack(place.address, declared.framed.host))
+    assert link.writes == []
+
+
+@pytest.mark.parametrize(("unit", "flag"), every_nth(product(APT_UNITS, DANGEROUS), 20))
+def test_no_dangerous_message_leaves_without_its_own_flag(unit: str, flag: str) -> None:
+    declared, allowed = declared_as(unit), ALL_BUT[flag]
+    link = WatchedLink(SteppedLink(controller_of(unit)))
+    report = run(link, plan(declared, allowed), declared, allowed, seed=3)
+    assert not report.unfinished, report.unfinished
+    assert not {*said(declared, link.writes)} & {*DANGEROUS[flag]}
+
+
 def messages_of(declared: Declaration) -> Iterator[m.FramedMessage]:
     """Yield every message in every form, with positions inside the allowed range."""
     protocol = declared.protocol
@@ -151,7 +199,7 @@ def empty(entry: dict | None) -> object:
 
 def test_a_message_that_is_not_sent_is_refused_with_every_permission() -> None:
     declared = declare("TDC001")
-    every = Permissions(settings=True, motion=MOTION, eeprom=True)
+    every = Permissions(settings=True, motion=MOTION, eeprom=True, tuning=True)
     link = WatchedLink(SteppedLink(stagewire_virtual.TDC001()))
     line = AptLine(link, declared, every)
     unsent = [

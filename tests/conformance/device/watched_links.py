@@ -18,7 +18,7 @@ from stagewire_virtual import VirtualController
 from wrapped_links import WrappedLink
 
 MOTION = Range.parse("0..100000counts")
-ALL = Permissions(settings=True, motion=MOTION, eeprom=True)
+ALL = Permissions(settings=True, motion=MOTION, eeprom=True, tuning=True)
 MODULES = ("MST601", None, "MPZ601")
 
 

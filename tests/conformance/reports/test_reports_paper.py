@@ -81,7 +81,7 @@ def pages_of(made: Sheet) -> tuple[int, dict[str, int]]:
 def run(url: str, pics: str, motion: str, folder: Path) -> Sheet:
     path = folder / "pics.toml"
     path.write_text(pics, encoding="utf-8")
-    allowed = Permissions(settings=True, motion=Range.parse(motion), eeprom=True)
+    allowed = Permissions(settings=True, motion=Range.parse(motion), eeprom=True, tuning=True)
     return sheet_of_execution(execute(url, Plan.of(None, allowed, pics=path)))
 
 

@@ -26,7 +26,7 @@ EXAMPLES = ROOT / "examples" / "c"
 HARNESS = Path(__file__).with_name("stepped_firmware.c")
 CYCLE = 102.4e-6
 MOST = 4096
-ALL = Permissions(settings=True, motion=Range.parse("0..40mm"), eeprom=True)
+ALL = Permissions(settings=True, motion=Range.parse("0..40mm"), eeprom=True, tuning=True)
 
 
 class SteppedFirmware(Link):

@@ -21,7 +21,7 @@ def test_the_page_counts_the_facts_of_an_overlay(overlaid_spec: Path) -> None:
     made = page(overlaid_spec)
     assert "## `tiny`" not in made  # it has no evidence
     assert "## `tiny/second`" in made
-    assert "| units | 4 | 1 | 0 | 0 | 3 |" in made
+    assert "| units | 4 | 0 | 1 | 0 | 0 | 3 |" in made
     assert "Units that rest on the document alone: `TP1`, `TP2`, `TP9`." in made
     assert "- `frames` (hardware frames): someone/tiny/frames.py, commit 0123abc" in made
 

@@ -171,13 +171,19 @@ def test_names_in_units() -> None:
         return [n for n in cls.names if isinstance(vars(cls)[n], InUnits)]
 
     assert names(values.VelParams) == [
-        "min_velocity_mm_per_s", "acceleration_mm_per_s2", "max_velocity_mm_per_s",
+        "min_velocity_mm_per_s", "min_velocity_deg_per_s",
+        "acceleration_mm_per_s2", "acceleration_deg_per_s2",
+        "max_velocity_mm_per_s", "max_velocity_deg_per_s",
     ]  # fmt: skip
-    assert names(values.JogParams)[0] == "step_size_mm"
-    assert names(values.HomeParams) == ["velocity_mm_per_s", "offset_distance_mm"]
-    assert names(values.PmdTrackSettleParams) == ["time_us", "settle_window_mm", "track_window_mm"]
+    assert names(values.JogParams)[:2] == ["step_size_mm", "step_size_deg"]
+    assert names(values.HomeParams) == [
+        "velocity_mm_per_s", "velocity_deg_per_s", "offset_distance_mm", "offset_distance_deg",
+    ]  # fmt: skip
+    assert names(values.PmdTrackSettleParams) == [
+        "time_us", "settle_window_mm", "settle_window_deg", "track_window_mm", "track_window_deg",
+    ]  # fmt: skip
     assert names(values.TpzSlewRates) == ["slew_open_volts_per_ms", "slew_closed_volts_per_ms"]
-    assert names(values.PosCounter) == ["mm"]
+    assert names(values.PosCounter) == ["mm", "deg"]
     assert names(values.OutputLut) == ["volts", "um"]
     assert names(values.TsgReading) == ["um", "volts", "newtons"]
 

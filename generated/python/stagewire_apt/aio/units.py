@@ -431,6 +431,8 @@ class BBD202(
     channels.
 
     A unit of Issue 3, with the messages that page 21 adds. Page 33 gives it no prefix.
+
+    Evidence: independent driver.
     """
 
     facts = FACTS
@@ -502,6 +504,8 @@ class BBD203(
     channels.
 
     A unit of Issue 3, with the messages that page 21 adds. Page 33 gives it no prefix.
+
+    Evidence: independent driver.
     """
 
     facts = FACTS
@@ -733,6 +737,8 @@ class BBD303(
 
     Page 61 does not list the BBD30x. Bays are assumed as in the BBD20x, whose last digit is the
     number of channels; the vendor's serial example for the BBD30x addresses the first one at 0x21.
+
+    Evidence: vendor program.
     """
 
     facts = FACTS
@@ -1552,6 +1558,8 @@ class BSC201(
     (thorlabs_apt_device/devices/bsc.py;
     MSLNZ/msl-equipment/packages/resources/src/msl/equipment_resources/thorlabs/motion.py), so ask
     for the status instead.
+
+    Evidence: independent driver.
     """
 
     facts = FACTS
@@ -1721,6 +1729,8 @@ class K10CR1(
     """Rotation stage with a built-in stepper driver for asyncio.
 
     K10CR1, Issue 37, page 33. Its messages: the printed lists, Issue 37, pages 13, 15.
+
+    Evidence: hardware frames and independent driver.
     """
 
     facts = FACTS
@@ -1776,6 +1786,8 @@ class KBD101(
     KBD101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 21, 22.
 
     Its list has the RACK messages, but it has one channel and its own USB node (page 32).
+
+    Evidence: vendor program and independent driver.
     """
 
     facts = FACTS
@@ -1826,6 +1838,8 @@ class KDC101(
     KDC101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 8, 9.
 
     KDCT101 on page 32.
+
+    Evidence: vendor program and independent driver.
     """
 
     facts = FACTS
@@ -1860,6 +1874,8 @@ class KSC101(
 
     A motor controller as far as the protocol is concerned. It counts solenoid times in ms, and not
     in steps of 250 µs like the TSC001 of Issue 3.
+
+    Evidence: independent driver.
     """
 
     facts = FACTS
@@ -1905,6 +1921,8 @@ class KST101(
     """One-channel K-Cube stepper driver for asyncio.
 
     KST101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 13, 14.
+
+    Evidence: independent driver.
     """
 
     facts = FACTS
@@ -1955,6 +1973,8 @@ class KST201(
     Only its list on page 14 names it, so neither its prefix nor its scales are in the document. Its
     list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts its
     status messages and never acknowledges them.
+
+    Evidence: independent driver.
     """
 
     facts = FACTS
@@ -2042,6 +2062,8 @@ class LTS150(
 
     Its list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts
     its status messages and never acknowledges them.
+
+    Evidence: independent driver.
     """
 
     facts = FACTS
@@ -2083,6 +2105,8 @@ class LTS300(
 
     Its list has no server-alive message; the vendor's XA software (thorlabs_xa 1.9.1.28993) starts
     its status messages and never acknowledges them.
+
+    Evidence: independent driver.
     """
 
     facts = FACTS
@@ -2108,6 +2132,8 @@ class MFF101(
     update; read the status bits instead. MOT_MOVE_JOG moves it. A public driver (github
     QuTech-Delft/QMI/qmi/instruments/thorlabs/mff10x.py) waits for status bit 0 after FORWARD and
     for bit 1 after REVERSE.
+
+    Evidence: independent driver.
     """
 
     facts = FACTS
@@ -2130,6 +2156,8 @@ class MFF102(
     MFF102, Issue 37, page 20. Its messages: the printed list, Issue 37, page 20.
 
     MFF10X on page 32. Like the MFF101.
+
+    Evidence: independent driver.
     """
 
     facts = FACTS
@@ -2169,6 +2197,8 @@ class MLJ050(
 
     It reports no end of a move before it has received MOT_SET_HOMEPARAMS (page 41), whose example
     has the address 0x50.
+
+    Evidence: independent driver.
     """
 
     facts = FACTS

@@ -5,7 +5,8 @@
 Targets are compared with the limits of the stage. The documents state no tolerance for the final position.
 The default is a choice of this library: servos report the end of a move when their trajectory ends, some tens
 of counts before the target, and steppers report the commanded counts. Both deviate by far less than 0.01 mm.
-A stage that hits a limit switch deviates by far more.
+A rotary stage has fewer counts: 0.1 degrees are 68 of the coarsest servo. A stage that hits a limit switch
+deviates by far more.
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ from math import floor
 from typing import Any, Final
 
 from stagewire._devices.endpoint import Deadline
-from stagewire._devices.limits import PER_MM, POSITION, measured
 from stagewire._devices.synchronous.calls import check_limits, look, moves, query, refuse_left
 from stagewire._devices.synchronous.transport import Endpoint
 from stagewire._devices.tables import Action, MotionEnd, Stored
+from stagewire._devices.travel import MEASURES, POSITION
 from stagewire._devices.values import InUnits, Values
 from stagewire.errors import (
     LimitError,
@@ -30,8 +31,8 @@ from stagewire.errors import (
 )
 from stagewire.quantities import Scale
 
-TOLERANCE_MM: Final = Fraction(1, 100)
-"""How far from its target a motion may end, if the scale of the position is known."""
+TOLERANCES: Final = {"mm": Fraction(1, 100), "deg": Fraction(1, 10)}
+"""Unit -> how far from its target a motion may end, if the scale of the position is known."""
 TOLERANCE_COUNTS: Final = 500
 """The same if the scale is unknown: 0.015 mm on the stages with the finest encoders in the document."""
 _PAUSE: Final = 0.1
@@ -123,7 +124,7 @@ def _check_stored(endpoint: Endpoint, what: str, action: Action, counts: int) ->
     if travel is not None:
         assert action.stored is not None
         check = travel.check_place if action.target == "absolute" else travel.check_distance
-        check(f"{what}: stored {action.stored.field}", _measured(endpoint, counts))
+        check(f"{what}: stored {action.stored.field}", counts, _known_scale(endpoint))
 
 
 def _check_way(endpoint: Endpoint, what: str, counts: int, deadline: Deadline) -> None:
@@ -133,24 +134,26 @@ def _check_way(endpoint: Endpoint, what: str, counts: int, deadline: Deadline) -
         return
     here = _position(endpoint, what, deadline)
     if here is not None:
-        travel.check_way(what, _measured(endpoint, here), _measured(endpoint, counts))
+        travel.check_way(what, here, counts, _known_scale(endpoint))
 
 
 def _check_ways(endpoint: Endpoint, what: str, here: int, ways: tuple[int, ...]) -> None:
     travel = endpoint.connection.limits(endpoint.place).travel
-    if travel is not None and all(_measured(endpoint, here + way) not in travel for way in ways):
-        way = " or ".join(f"{float(_measured(endpoint, way)):+.10g}" for way in ways)
+    if travel is None:
+        return
+    scale = _known_scale(endpoint)
+    if not any(travel.holds(here + way, scale) for way in ways):
+        way = " or ".join(f"{travel.number(way, scale):+.10g}" for way in ways)
         raise LimitError(
-            f"{what}: {way} {travel.unit} from the position {float(_measured(endpoint, here)):.10g} "
-            f"{travel.unit} is outside the travel, {travel}; nothing was sent"
+            f"{what}: {way} {travel.unit} from the position {travel.shown(here, scale)} is outside the "
+            f"travel, {travel}; nothing was sent"
         )
 
 
-def _measured(endpoint: Endpoint, counts: int) -> Fraction:
-    """Return a position in mm or degrees; the scale is known if there is a travel."""
+def _known_scale(endpoint: Endpoint) -> Scale:
+    """Return the scale of the position, which is known if there is a travel."""
     scales = endpoint.scales()
-    unit = scales.unit_of(POSITION)
-    return measured(scales.of(POSITION, unit).from_counts(counts), unit)
+    return scales.of(POSITION, scales.unit_of(POSITION))
 
 
 def _goes_as_stored(endpoint: Endpoint, action: Action) -> bool:
@@ -218,17 +221,16 @@ def _tolerance(endpoint: Endpoint) -> int:
     choices, scale = endpoint.connection.choices, _scale(endpoint)
     if choices.target_tolerance_counts is not None:
         return choices.target_tolerance_counts
-    if scale is None or scale.unit not in PER_MM:
+    if scale is None or scale.unit not in MEASURES:
         return TOLERANCE_COUNTS
-    mm = choices.target_tolerance_mm
-    length = (TOLERANCE_MM if mm is None else mm) * PER_MM[scale.unit]
-    return floor(abs(scale.counts_per_unit) * length)
+    base, factor = MEASURES[scale.unit]
+    tolerance = choices.target_tolerances.get(base, TOLERANCES[base])
+    return floor(abs(scale.counts_per_unit) * tolerance * factor)
 
 
 def _scale(endpoint: Endpoint) -> Scale | None:
-    scales = endpoint.scales()
     try:
-        return scales.of(POSITION, scales.unit_of(POSITION))
+        return _known_scale(endpoint)
     except UnknownScaleError:
         return None
 

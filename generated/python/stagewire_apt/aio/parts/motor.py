@@ -148,13 +148,17 @@ class WithMotTrigIoConfig(Part):
         trig_out_polarity: e.TriggerPolarity | str | int,
         start_pos_fwd: int | None = None,
         start_pos_fwd_mm: Number | None = None,
+        start_pos_fwd_deg: Number | None = None,
         interval_fwd: int | None = None,
         interval_fwd_mm: Number | None = None,
+        interval_fwd_deg: Number | None = None,
         num_pulses_fwd: int,
         start_pos_rev: int | None = None,
         start_pos_rev_mm: Number | None = None,
+        start_pos_rev_deg: Number | None = None,
         interval_rev: int | None = None,
         interval_rev_mm: Number | None = None,
+        interval_rev_deg: Number | None = None,
         num_pulses_rev: int,
         pulse_width: int | None = None,
         pulse_width_us: Number | None = None,
@@ -190,19 +194,23 @@ class WithMotTrigIoConfig(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_fwd_deg: ``start_pos_fwd`` in deg, for a rotary stage.
         :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_fwd_deg: ``interval_fwd`` in deg, for a rotary stage.
         :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
         :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_rev_deg: ``start_pos_rev`` in deg, for a rotary stage.
         :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_rev_deg: ``interval_rev`` in deg, for a rotary stage.
         :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
         :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
         :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
@@ -226,13 +234,17 @@ class WithMotTrigIoConfig(Part):
             trig_out_polarity=trig_out_polarity,
             start_pos_fwd=start_pos_fwd,
             start_pos_fwd_mm=start_pos_fwd_mm,
+            start_pos_fwd_deg=start_pos_fwd_deg,
             interval_fwd=interval_fwd,
             interval_fwd_mm=interval_fwd_mm,
+            interval_fwd_deg=interval_fwd_deg,
             num_pulses_fwd=num_pulses_fwd,
             start_pos_rev=start_pos_rev,
             start_pos_rev_mm=start_pos_rev_mm,
+            start_pos_rev_deg=start_pos_rev_deg,
             interval_rev=interval_rev,
             interval_rev_mm=interval_rev_mm,
+            interval_rev_deg=interval_rev_deg,
             num_pulses_rev=num_pulses_rev,
             pulse_width=pulse_width,
             pulse_width_us=pulse_width_us,
@@ -250,13 +262,17 @@ class WithMotTrigIoConfig(Part):
         trig_out_polarity: e.TriggerPolarity | str | int | None = None,
         start_pos_fwd: int | None = None,
         start_pos_fwd_mm: Number | None = None,
+        start_pos_fwd_deg: Number | None = None,
         interval_fwd: int | None = None,
         interval_fwd_mm: Number | None = None,
+        interval_fwd_deg: Number | None = None,
         num_pulses_fwd: int | None = None,
         start_pos_rev: int | None = None,
         start_pos_rev_mm: Number | None = None,
+        start_pos_rev_deg: Number | None = None,
         interval_rev: int | None = None,
         interval_rev_mm: Number | None = None,
+        interval_rev_deg: Number | None = None,
         num_pulses_rev: int | None = None,
         pulse_width: int | None = None,
         pulse_width_us: Number | None = None,
@@ -294,19 +310,23 @@ class WithMotTrigIoConfig(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_fwd_deg: ``start_pos_fwd`` in deg, for a rotary stage.
         :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_fwd_deg: ``interval_fwd`` in deg, for a rotary stage.
         :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
         :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_rev_deg: ``start_pos_rev`` in deg, for a rotary stage.
         :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_rev_deg: ``interval_rev`` in deg, for a rotary stage.
         :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
         :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
         :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
@@ -333,13 +353,17 @@ class WithMotTrigIoConfig(Part):
             trig_out_polarity=trig_out_polarity,
             start_pos_fwd=start_pos_fwd,
             start_pos_fwd_mm=start_pos_fwd_mm,
+            start_pos_fwd_deg=start_pos_fwd_deg,
             interval_fwd=interval_fwd,
             interval_fwd_mm=interval_fwd_mm,
+            interval_fwd_deg=interval_fwd_deg,
             num_pulses_fwd=num_pulses_fwd,
             start_pos_rev=start_pos_rev,
             start_pos_rev_mm=start_pos_rev_mm,
+            start_pos_rev_deg=start_pos_rev_deg,
             interval_rev=interval_rev,
             interval_rev_mm=interval_rev_mm,
+            interval_rev_deg=interval_rev_deg,
             num_pulses_rev=num_pulses_rev,
             pulse_width=pulse_width,
             pulse_width_us=pulse_width_us,
@@ -783,6 +807,7 @@ class WithEncCounter(Part):
         *,
         encoder_count: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the encoder counter.
@@ -797,6 +822,7 @@ class WithEncCounter(Part):
         :param encoder_count: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``encoder_count`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``encoder_count`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -805,13 +831,14 @@ class WithEncCounter(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        await self._set(t.ENC_COUNTER, timeout, encoder_count=encoder_count, mm=mm)
+        await self._set(t.ENC_COUNTER, timeout, encoder_count=encoder_count, mm=mm, deg=deg)
 
     async def change_enc_counter(
         self,
         *,
         encoder_count: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.EncCounter:
         """Change the encoder counter.
@@ -828,6 +855,7 @@ class WithEncCounter(Part):
         :param encoder_count: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``encoder_count`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``encoder_count`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -839,7 +867,13 @@ class WithEncCounter(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return await self._change(t.ENC_COUNTER, timeout, encoder_count=encoder_count, mm=mm)
+        return await self._change(
+            t.ENC_COUNTER,
+            timeout,
+            encoder_count=encoder_count,
+            mm=mm,
+            deg=deg,
+        )
 
 
 class WithPosCounter(Part):
@@ -868,6 +902,7 @@ class WithPosCounter(Part):
         *,
         position: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the position counter.
@@ -882,6 +917,7 @@ class WithPosCounter(Part):
         :param position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``position`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``position`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -890,13 +926,14 @@ class WithPosCounter(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        await self._set(t.POS_COUNTER, timeout, position=position, mm=mm)
+        await self._set(t.POS_COUNTER, timeout, position=position, mm=mm, deg=deg)
 
     async def change_pos_counter(
         self,
         *,
         position: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.PosCounter:
         """Change the position counter.
@@ -913,6 +950,7 @@ class WithPosCounter(Part):
         :param position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``position`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``position`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -924,7 +962,7 @@ class WithPosCounter(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return await self._change(t.POS_COUNTER, timeout, position=position, mm=mm)
+        return await self._change(t.POS_COUNTER, timeout, position=position, mm=mm, deg=deg)
 
 
 class WithVelParams(Part):
@@ -953,10 +991,13 @@ class WithVelParams(Part):
         *,
         min_velocity: int | None = None,
         min_velocity_mm_per_s: Number | None = None,
+        min_velocity_deg_per_s: Number | None = None,
         acceleration: int | None = None,
         acceleration_mm_per_s2: Number | None = None,
+        acceleration_deg_per_s2: Number | None = None,
         max_velocity: int | None = None,
         max_velocity_mm_per_s: Number | None = None,
+        max_velocity_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the velocity parameters.
@@ -972,13 +1013,16 @@ class WithVelParams(Part):
             on the stage; from -2147483648 to 2147483647; default 0.
         :param min_velocity_mm_per_s: ``min_velocity`` in mm/s; the scale depends on the stage and
             its controller.
+        :param min_velocity_deg_per_s: ``min_velocity`` in deg/s, for a rotary stage.
         :param acceleration: in counts; scale to mm/s^2 depends on the stage; from 0 to 4294967295.
         :param acceleration_mm_per_s2: ``acceleration`` in mm/s^2; the scale depends on the stage
             and its controller.
+        :param acceleration_deg_per_s2: ``acceleration`` in deg/s^2, for a rotary stage.
         :param max_velocity: Final velocity; in counts; scale to mm/s depends on the stage; from 0
             to 4294967295.
         :param max_velocity_mm_per_s: ``max_velocity`` in mm/s; the scale depends on the stage and
             its controller.
+        :param max_velocity_deg_per_s: ``max_velocity`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -992,10 +1036,13 @@ class WithVelParams(Part):
             timeout,
             min_velocity=min_velocity,
             min_velocity_mm_per_s=min_velocity_mm_per_s,
+            min_velocity_deg_per_s=min_velocity_deg_per_s,
             acceleration=acceleration,
             acceleration_mm_per_s2=acceleration_mm_per_s2,
+            acceleration_deg_per_s2=acceleration_deg_per_s2,
             max_velocity=max_velocity,
             max_velocity_mm_per_s=max_velocity_mm_per_s,
+            max_velocity_deg_per_s=max_velocity_deg_per_s,
         )
 
     async def change_vel_params(
@@ -1003,10 +1050,13 @@ class WithVelParams(Part):
         *,
         min_velocity: int | None = None,
         min_velocity_mm_per_s: Number | None = None,
+        min_velocity_deg_per_s: Number | None = None,
         acceleration: int | None = None,
         acceleration_mm_per_s2: Number | None = None,
+        acceleration_deg_per_s2: Number | None = None,
         max_velocity: int | None = None,
         max_velocity_mm_per_s: Number | None = None,
+        max_velocity_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> v.VelParams:
         """Change the velocity parameters.
@@ -1024,13 +1074,16 @@ class WithVelParams(Part):
             on the stage; from -2147483648 to 2147483647; default 0.
         :param min_velocity_mm_per_s: ``min_velocity`` in mm/s; the scale depends on the stage and
             its controller.
+        :param min_velocity_deg_per_s: ``min_velocity`` in deg/s, for a rotary stage.
         :param acceleration: in counts; scale to mm/s^2 depends on the stage; from 0 to 4294967295.
         :param acceleration_mm_per_s2: ``acceleration`` in mm/s^2; the scale depends on the stage
             and its controller.
+        :param acceleration_deg_per_s2: ``acceleration`` in deg/s^2, for a rotary stage.
         :param max_velocity: Final velocity; in counts; scale to mm/s depends on the stage; from 0
             to 4294967295.
         :param max_velocity_mm_per_s: ``max_velocity`` in mm/s; the scale depends on the stage and
             its controller.
+        :param max_velocity_deg_per_s: ``max_velocity`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -1047,10 +1100,13 @@ class WithVelParams(Part):
             timeout,
             min_velocity=min_velocity,
             min_velocity_mm_per_s=min_velocity_mm_per_s,
+            min_velocity_deg_per_s=min_velocity_deg_per_s,
             acceleration=acceleration,
             acceleration_mm_per_s2=acceleration_mm_per_s2,
+            acceleration_deg_per_s2=acceleration_deg_per_s2,
             max_velocity=max_velocity,
             max_velocity_mm_per_s=max_velocity_mm_per_s,
+            max_velocity_deg_per_s=max_velocity_deg_per_s,
         )
 
 
@@ -1080,12 +1136,16 @@ class WithJogParams(Part):
         jog_mode: e.JogMode | str | int,
         jog_step_size: int | None = None,
         step_size_mm: Number | None = None,
+        step_size_deg: Number | None = None,
         jog_min_velocity: int | None = None,
         min_velocity_mm_per_s: Number | None = None,
+        min_velocity_deg_per_s: Number | None = None,
         jog_acceleration: int | None = None,
         acceleration_mm_per_s2: Number | None = None,
+        acceleration_deg_per_s2: Number | None = None,
         jog_max_velocity: int | None = None,
         max_velocity_mm_per_s: Number | None = None,
+        max_velocity_deg_per_s: Number | None = None,
         jog_stop_mode: e.StopMode | str | int,
         timeout: float | None = None,
     ) -> None:
@@ -1102,18 +1162,22 @@ class WithJogParams(Part):
             on the stage; from -2147483648 to 2147483647.
         :param step_size_mm: ``jog_step_size`` in mm; the scale depends on the stage and its
             controller.
+        :param step_size_deg: ``jog_step_size`` in deg, for a rotary stage.
         :param jog_min_velocity: start velocity; currently always zero; in counts; scale to mm/s
             depends on the stage; from -2147483648 to 2147483647; default 0.
         :param min_velocity_mm_per_s: ``jog_min_velocity`` in mm/s; the scale depends on the stage
             and its controller.
+        :param min_velocity_deg_per_s: ``jog_min_velocity`` in deg/s, for a rotary stage.
         :param jog_acceleration: in counts; scale to mm/s^2 depends on the stage; from -2147483648
             to 2147483647.
         :param acceleration_mm_per_s2: ``jog_acceleration`` in mm/s^2; the scale depends on the
             stage and its controller.
+        :param acceleration_deg_per_s2: ``jog_acceleration`` in deg/s^2, for a rotary stage.
         :param jog_max_velocity: final velocity; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param max_velocity_mm_per_s: ``jog_max_velocity`` in mm/s; the scale depends on the stage
             and its controller.
+        :param max_velocity_deg_per_s: ``jog_max_velocity`` in deg/s, for a rotary stage.
         :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
@@ -1129,12 +1193,16 @@ class WithJogParams(Part):
             jog_mode=jog_mode,
             jog_step_size=jog_step_size,
             step_size_mm=step_size_mm,
+            step_size_deg=step_size_deg,
             jog_min_velocity=jog_min_velocity,
             min_velocity_mm_per_s=min_velocity_mm_per_s,
+            min_velocity_deg_per_s=min_velocity_deg_per_s,
             jog_acceleration=jog_acceleration,
             acceleration_mm_per_s2=acceleration_mm_per_s2,
+            acceleration_deg_per_s2=acceleration_deg_per_s2,
             jog_max_velocity=jog_max_velocity,
             max_velocity_mm_per_s=max_velocity_mm_per_s,
+            max_velocity_deg_per_s=max_velocity_deg_per_s,
             jog_stop_mode=jog_stop_mode,
         )
 
@@ -1144,12 +1212,16 @@ class WithJogParams(Part):
         jog_mode: e.JogMode | str | int | None = None,
         jog_step_size: int | None = None,
         step_size_mm: Number | None = None,
+        step_size_deg: Number | None = None,
         jog_min_velocity: int | None = None,
         min_velocity_mm_per_s: Number | None = None,
+        min_velocity_deg_per_s: Number | None = None,
         jog_acceleration: int | None = None,
         acceleration_mm_per_s2: Number | None = None,
+        acceleration_deg_per_s2: Number | None = None,
         jog_max_velocity: int | None = None,
         max_velocity_mm_per_s: Number | None = None,
+        max_velocity_deg_per_s: Number | None = None,
         jog_stop_mode: e.StopMode | str | int | None = None,
         timeout: float | None = None,
     ) -> v.JogParams:
@@ -1168,18 +1240,22 @@ class WithJogParams(Part):
             on the stage; from -2147483648 to 2147483647.
         :param step_size_mm: ``jog_step_size`` in mm; the scale depends on the stage and its
             controller.
+        :param step_size_deg: ``jog_step_size`` in deg, for a rotary stage.
         :param jog_min_velocity: start velocity; currently always zero; in counts; scale to mm/s
             depends on the stage; from -2147483648 to 2147483647; default 0.
         :param min_velocity_mm_per_s: ``jog_min_velocity`` in mm/s; the scale depends on the stage
             and its controller.
+        :param min_velocity_deg_per_s: ``jog_min_velocity`` in deg/s, for a rotary stage.
         :param jog_acceleration: in counts; scale to mm/s^2 depends on the stage; from -2147483648
             to 2147483647.
         :param acceleration_mm_per_s2: ``jog_acceleration`` in mm/s^2; the scale depends on the
             stage and its controller.
+        :param acceleration_deg_per_s2: ``jog_acceleration`` in deg/s^2, for a rotary stage.
         :param jog_max_velocity: final velocity; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param max_velocity_mm_per_s: ``jog_max_velocity`` in mm/s; the scale depends on the stage
             and its controller.
+        :param max_velocity_deg_per_s: ``jog_max_velocity`` in deg/s, for a rotary stage.
         :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
@@ -1198,12 +1274,16 @@ class WithJogParams(Part):
             jog_mode=jog_mode,
             jog_step_size=jog_step_size,
             step_size_mm=step_size_mm,
+            step_size_deg=step_size_deg,
             jog_min_velocity=jog_min_velocity,
             min_velocity_mm_per_s=min_velocity_mm_per_s,
+            min_velocity_deg_per_s=min_velocity_deg_per_s,
             jog_acceleration=jog_acceleration,
             acceleration_mm_per_s2=acceleration_mm_per_s2,
+            acceleration_deg_per_s2=acceleration_deg_per_s2,
             jog_max_velocity=jog_max_velocity,
             max_velocity_mm_per_s=max_velocity_mm_per_s,
+            max_velocity_deg_per_s=max_velocity_deg_per_s,
             jog_stop_mode=jog_stop_mode,
         )
 
@@ -1237,8 +1317,10 @@ class WithLimSwitchParams(Part):
         ccw_hard_limit: e.HardLimit | str | int,
         cw_soft_limit: int | None = None,
         cw_soft_limit_mm: Number | None = None,
+        cw_soft_limit_deg: Number | None = None,
         ccw_soft_limit: int | None = None,
         ccw_soft_limit_mm: Number | None = None,
+        ccw_soft_limit_deg: Number | None = None,
         software_limit_mode: e.SoftwareLimitMode | str | int,
         timeout: float | None = None,
     ) -> None:
@@ -1262,10 +1344,12 @@ class WithLimSwitchParams(Part):
             4294967295.
         :param cw_soft_limit_mm: ``cw_soft_limit`` in mm; the scale depends on the stage and its
             controller.
+        :param cw_soft_limit_deg: ``cw_soft_limit`` in deg, for a rotary stage.
         :param ccw_soft_limit: counterclockwise limit; same scale as the clockwise one; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param ccw_soft_limit_mm: ``ccw_soft_limit`` in mm; the scale depends on the stage and its
             controller.
+        :param ccw_soft_limit_deg: ``ccw_soft_limit`` in deg, for a rotary stage.
         :param software_limit_mode: may include the ROTATION_STAGE bit;
             :class:`~.SoftwareLimitMode`: IGNORE (1), STOP_IMMEDIATE (2), STOP_PROFILED (3);
             ROTATION_STAGE (0x80) may be added with ``|``.
@@ -1284,8 +1368,10 @@ class WithLimSwitchParams(Part):
             ccw_hard_limit=ccw_hard_limit,
             cw_soft_limit=cw_soft_limit,
             cw_soft_limit_mm=cw_soft_limit_mm,
+            cw_soft_limit_deg=cw_soft_limit_deg,
             ccw_soft_limit=ccw_soft_limit,
             ccw_soft_limit_mm=ccw_soft_limit_mm,
+            ccw_soft_limit_deg=ccw_soft_limit_deg,
             software_limit_mode=software_limit_mode,
         )
 
@@ -1296,8 +1382,10 @@ class WithLimSwitchParams(Part):
         ccw_hard_limit: e.HardLimit | str | int | None = None,
         cw_soft_limit: int | None = None,
         cw_soft_limit_mm: Number | None = None,
+        cw_soft_limit_deg: Number | None = None,
         ccw_soft_limit: int | None = None,
         ccw_soft_limit_mm: Number | None = None,
+        ccw_soft_limit_deg: Number | None = None,
         software_limit_mode: e.SoftwareLimitMode | str | int | None = None,
         timeout: float | None = None,
     ) -> v.LimSwitchParams:
@@ -1323,10 +1411,12 @@ class WithLimSwitchParams(Part):
             4294967295.
         :param cw_soft_limit_mm: ``cw_soft_limit`` in mm; the scale depends on the stage and its
             controller.
+        :param cw_soft_limit_deg: ``cw_soft_limit`` in deg, for a rotary stage.
         :param ccw_soft_limit: counterclockwise limit; same scale as the clockwise one; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param ccw_soft_limit_mm: ``ccw_soft_limit`` in mm; the scale depends on the stage and its
             controller.
+        :param ccw_soft_limit_deg: ``ccw_soft_limit`` in deg, for a rotary stage.
         :param software_limit_mode: may include the ROTATION_STAGE bit;
             :class:`~.SoftwareLimitMode`: IGNORE (1), STOP_IMMEDIATE (2), STOP_PROFILED (3);
             ROTATION_STAGE (0x80) may be added with ``|``.
@@ -1348,8 +1438,10 @@ class WithLimSwitchParams(Part):
             ccw_hard_limit=ccw_hard_limit,
             cw_soft_limit=cw_soft_limit,
             cw_soft_limit_mm=cw_soft_limit_mm,
+            cw_soft_limit_deg=cw_soft_limit_deg,
             ccw_soft_limit=ccw_soft_limit,
             ccw_soft_limit_mm=ccw_soft_limit_mm,
+            ccw_soft_limit_deg=ccw_soft_limit_deg,
             software_limit_mode=software_limit_mode,
         )
 
@@ -1539,6 +1631,7 @@ class WithGenMoveParams(Part):
         *,
         backlash_distance: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the general move parameters.
@@ -1551,6 +1644,7 @@ class WithGenMoveParams(Part):
         :param backlash_distance: relative distance of the backlash correction; in counts; scale to
             mm depends on the stage; from -2147483648 to 2147483647.
         :param mm: ``backlash_distance`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``backlash_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1559,13 +1653,20 @@ class WithGenMoveParams(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        await self._set(t.GEN_MOVE_PARAMS, timeout, backlash_distance=backlash_distance, mm=mm)
+        await self._set(
+            t.GEN_MOVE_PARAMS,
+            timeout,
+            backlash_distance=backlash_distance,
+            mm=mm,
+            deg=deg,
+        )
 
     async def change_gen_move_params(
         self,
         *,
         backlash_distance: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.GenMoveParams:
         """Change the general move parameters.
@@ -1580,6 +1681,7 @@ class WithGenMoveParams(Part):
         :param backlash_distance: relative distance of the backlash correction; in counts; scale to
             mm depends on the stage; from -2147483648 to 2147483647.
         :param mm: ``backlash_distance`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``backlash_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -1596,6 +1698,7 @@ class WithGenMoveParams(Part):
             timeout,
             backlash_distance=backlash_distance,
             mm=mm,
+            deg=deg,
         )
 
 
@@ -1626,8 +1729,10 @@ class WithHomeParams(Part):
         limit_switch: e.HomeLimitSwitch | str | int,
         home_velocity: int | None = None,
         velocity_mm_per_s: Number | None = None,
+        velocity_deg_per_s: Number | None = None,
         offset_distance: int | None = None,
         offset_distance_mm: Number | None = None,
+        offset_distance_deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the homing parameters.
@@ -1649,10 +1754,12 @@ class WithHomeParams(Part):
         :param home_velocity: in counts; scale to mm/s depends on the stage; from 0 to 4294967295.
         :param velocity_mm_per_s: ``home_velocity`` in mm/s; the scale depends on the stage and its
             controller.
+        :param velocity_deg_per_s: ``home_velocity`` in deg/s, for a rotary stage.
         :param offset_distance: distance of the home position from the limit switch; not used for
             the MLS203; in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param offset_distance_mm: ``offset_distance`` in mm; the scale depends on the stage and its
             controller.
+        :param offset_distance_deg: ``offset_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1668,8 +1775,10 @@ class WithHomeParams(Part):
             limit_switch=limit_switch,
             home_velocity=home_velocity,
             velocity_mm_per_s=velocity_mm_per_s,
+            velocity_deg_per_s=velocity_deg_per_s,
             offset_distance=offset_distance,
             offset_distance_mm=offset_distance_mm,
+            offset_distance_deg=offset_distance_deg,
         )
 
     async def change_home_params(
@@ -1679,8 +1788,10 @@ class WithHomeParams(Part):
         limit_switch: e.HomeLimitSwitch | str | int | None = None,
         home_velocity: int | None = None,
         velocity_mm_per_s: Number | None = None,
+        velocity_deg_per_s: Number | None = None,
         offset_distance: int | None = None,
         offset_distance_mm: Number | None = None,
+        offset_distance_deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.HomeParams:
         """Change the homing parameters.
@@ -1703,10 +1814,12 @@ class WithHomeParams(Part):
         :param home_velocity: in counts; scale to mm/s depends on the stage; from 0 to 4294967295.
         :param velocity_mm_per_s: ``home_velocity`` in mm/s; the scale depends on the stage and its
             controller.
+        :param velocity_deg_per_s: ``home_velocity`` in deg/s, for a rotary stage.
         :param offset_distance: distance of the home position from the limit switch; not used for
             the MLS203; in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param offset_distance_mm: ``offset_distance`` in mm; the scale depends on the stage and its
             controller.
+        :param offset_distance_deg: ``offset_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -1725,8 +1838,10 @@ class WithHomeParams(Part):
             limit_switch=limit_switch,
             home_velocity=home_velocity,
             velocity_mm_per_s=velocity_mm_per_s,
+            velocity_deg_per_s=velocity_deg_per_s,
             offset_distance=offset_distance,
             offset_distance_mm=offset_distance_mm,
+            offset_distance_deg=offset_distance_deg,
         )
 
 
@@ -1796,6 +1911,7 @@ class WithMoveRelParams(Part):
         *,
         relative_distance: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the stored relative distance.
@@ -1808,6 +1924,7 @@ class WithMoveRelParams(Part):
         :param relative_distance: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``relative_distance`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``relative_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1816,13 +1933,20 @@ class WithMoveRelParams(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        await self._set(t.MOVE_REL_PARAMS, timeout, relative_distance=relative_distance, mm=mm)
+        await self._set(
+            t.MOVE_REL_PARAMS,
+            timeout,
+            relative_distance=relative_distance,
+            mm=mm,
+            deg=deg,
+        )
 
     async def change_move_rel_params(
         self,
         *,
         relative_distance: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.MoveRelParams:
         """Change the stored relative distance.
@@ -1837,6 +1961,7 @@ class WithMoveRelParams(Part):
         :param relative_distance: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``relative_distance`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``relative_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -1853,6 +1978,7 @@ class WithMoveRelParams(Part):
             timeout,
             relative_distance=relative_distance,
             mm=mm,
+            deg=deg,
         )
 
 
@@ -1867,6 +1993,7 @@ class CanMoveRelative(Part):
         *,
         counts: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> MotionEnd:
         """Move by a distance.
@@ -1878,6 +2005,7 @@ class CanMoveRelative(Part):
 
         :param counts: in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``counts`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1893,13 +2021,14 @@ class CanMoveRelative(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return await self._act(t.MOVE_RELATIVE, timeout, counts=counts, mm=mm)
+        return await self._act(t.MOVE_RELATIVE, timeout, counts=counts, mm=mm, deg=deg)
 
     async def start_move_relative(
         self,
         *,
         counts: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
     ) -> Motion:
         """Move by a distance without waiting for the end.
 
@@ -1910,6 +2039,7 @@ class CanMoveRelative(Part):
 
         :param counts: in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``counts`` in deg, for a rotary stage.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
         :raises BadValueError: if a value has the wrong type; nothing is sent.
@@ -1919,7 +2049,7 @@ class CanMoveRelative(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return await self._start(t.MOVE_RELATIVE, counts=counts, mm=mm)
+        return await self._start(t.MOVE_RELATIVE, counts=counts, mm=mm, deg=deg)
 
     async def move_relative_stored(self, *, timeout: float | None = None) -> MotionEnd:
         """Move by a distance that the controller has stored.
@@ -1987,6 +2117,7 @@ class WithMoveAbsParams(Part):
         *,
         absolute_position: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the stored absolute position.
@@ -1999,6 +2130,7 @@ class WithMoveAbsParams(Part):
         :param absolute_position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``absolute_position`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``absolute_position`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -2007,13 +2139,20 @@ class WithMoveAbsParams(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        await self._set(t.MOVE_ABS_PARAMS, timeout, absolute_position=absolute_position, mm=mm)
+        await self._set(
+            t.MOVE_ABS_PARAMS,
+            timeout,
+            absolute_position=absolute_position,
+            mm=mm,
+            deg=deg,
+        )
 
     async def change_move_abs_params(
         self,
         *,
         absolute_position: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.MoveAbsParams:
         """Change the stored absolute position.
@@ -2028,6 +2167,7 @@ class WithMoveAbsParams(Part):
         :param absolute_position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``absolute_position`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``absolute_position`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -2044,6 +2184,7 @@ class WithMoveAbsParams(Part):
             timeout,
             absolute_position=absolute_position,
             mm=mm,
+            deg=deg,
         )
 
 
@@ -2058,6 +2199,7 @@ class CanMoveAbsolute(Part):
         *,
         counts: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> MotionEnd:
         """Move to a position.
@@ -2070,6 +2212,7 @@ class CanMoveAbsolute(Part):
         :param counts: the position to move to; in counts; scale to mm depends on the stage; from
             -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``counts`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -2085,13 +2228,14 @@ class CanMoveAbsolute(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return await self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, mm=mm)
+        return await self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, mm=mm, deg=deg)
 
     async def start_move_absolute(
         self,
         *,
         counts: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
     ) -> Motion:
         """Move to a position without waiting for the end.
 
@@ -2103,6 +2247,7 @@ class CanMoveAbsolute(Part):
         :param counts: the position to move to; in counts; scale to mm depends on the stage; from
             -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``counts`` in deg, for a rotary stage.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
         :raises BadValueError: if a value has the wrong type; nothing is sent.
@@ -2112,7 +2257,7 @@ class CanMoveAbsolute(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return await self._start(t.MOVE_ABSOLUTE, counts=counts, mm=mm)
+        return await self._start(t.MOVE_ABSOLUTE, counts=counts, mm=mm, deg=deg)
 
     async def move_absolute_stored(self, *, timeout: float | None = None) -> MotionEnd:
         """Move to a position that the controller has stored.
@@ -2574,15 +2719,19 @@ class WithPotParams(Part):
         zero_wnd: int,
         vel1: int | None = None,
         vel1_mm_per_s: Number | None = None,
+        vel1_deg_per_s: Number | None = None,
         wnd1: int,
         vel2: int | None = None,
         vel2_mm_per_s: Number | None = None,
+        vel2_deg_per_s: Number | None = None,
         wnd2: int,
         vel3: int | None = None,
         vel3_mm_per_s: Number | None = None,
+        vel3_deg_per_s: Number | None = None,
         wnd3: int,
         vel4: int | None = None,
         vel4_mm_per_s: Number | None = None,
+        vel4_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the potentiometer parameters.
@@ -2599,18 +2748,22 @@ class WithPotParams(Part):
         :param vel1: speed from zero_wnd to wnd1; in counts; scale to mm/s depends on the stage;
             from -2147483648 to 2147483647.
         :param vel1_mm_per_s: ``vel1`` in mm/s; the scale depends on the stage and its controller.
+        :param vel1_deg_per_s: ``vel1`` in deg/s, for a rotary stage.
         :param wnd1: deflection where vel1 ends; above zero_wnd; from 0 to 127.
         :param vel2: speed from wnd1 to wnd2; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel2_mm_per_s: ``vel2`` in mm/s; the scale depends on the stage and its controller.
+        :param vel2_deg_per_s: ``vel2`` in deg/s, for a rotary stage.
         :param wnd2: deflection where vel2 ends; above wnd1; from 0 to 127.
         :param vel3: speed from wnd2 to wnd3; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel3_mm_per_s: ``vel3`` in mm/s; the scale depends on the stage and its controller.
+        :param vel3_deg_per_s: ``vel3`` in deg/s, for a rotary stage.
         :param wnd3: deflection where vel3 ends; above wnd2; from 0 to 127.
         :param vel4: speed beyond wnd3; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel4_mm_per_s: ``vel4`` in mm/s; the scale depends on the stage and its controller.
+        :param vel4_deg_per_s: ``vel4`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -2625,15 +2778,19 @@ class WithPotParams(Part):
             zero_wnd=zero_wnd,
             vel1=vel1,
             vel1_mm_per_s=vel1_mm_per_s,
+            vel1_deg_per_s=vel1_deg_per_s,
             wnd1=wnd1,
             vel2=vel2,
             vel2_mm_per_s=vel2_mm_per_s,
+            vel2_deg_per_s=vel2_deg_per_s,
             wnd2=wnd2,
             vel3=vel3,
             vel3_mm_per_s=vel3_mm_per_s,
+            vel3_deg_per_s=vel3_deg_per_s,
             wnd3=wnd3,
             vel4=vel4,
             vel4_mm_per_s=vel4_mm_per_s,
+            vel4_deg_per_s=vel4_deg_per_s,
         )
 
     async def change_pot_params(
@@ -2642,15 +2799,19 @@ class WithPotParams(Part):
         zero_wnd: int | None = None,
         vel1: int | None = None,
         vel1_mm_per_s: Number | None = None,
+        vel1_deg_per_s: Number | None = None,
         wnd1: int | None = None,
         vel2: int | None = None,
         vel2_mm_per_s: Number | None = None,
+        vel2_deg_per_s: Number | None = None,
         wnd2: int | None = None,
         vel3: int | None = None,
         vel3_mm_per_s: Number | None = None,
+        vel3_deg_per_s: Number | None = None,
         wnd3: int | None = None,
         vel4: int | None = None,
         vel4_mm_per_s: Number | None = None,
+        vel4_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> v.PotParams:
         """Change the potentiometer parameters.
@@ -2670,18 +2831,22 @@ class WithPotParams(Part):
         :param vel1: speed from zero_wnd to wnd1; in counts; scale to mm/s depends on the stage;
             from -2147483648 to 2147483647.
         :param vel1_mm_per_s: ``vel1`` in mm/s; the scale depends on the stage and its controller.
+        :param vel1_deg_per_s: ``vel1`` in deg/s, for a rotary stage.
         :param wnd1: deflection where vel1 ends; above zero_wnd; from 0 to 127.
         :param vel2: speed from wnd1 to wnd2; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel2_mm_per_s: ``vel2`` in mm/s; the scale depends on the stage and its controller.
+        :param vel2_deg_per_s: ``vel2`` in deg/s, for a rotary stage.
         :param wnd2: deflection where vel2 ends; above wnd1; from 0 to 127.
         :param vel3: speed from wnd2 to wnd3; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel3_mm_per_s: ``vel3`` in mm/s; the scale depends on the stage and its controller.
+        :param vel3_deg_per_s: ``vel3`` in deg/s, for a rotary stage.
         :param wnd3: deflection where vel3 ends; above wnd2; from 0 to 127.
         :param vel4: speed beyond wnd3; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel4_mm_per_s: ``vel4`` in mm/s; the scale depends on the stage and its controller.
+        :param vel4_deg_per_s: ``vel4`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -2699,15 +2864,19 @@ class WithPotParams(Part):
             zero_wnd=zero_wnd,
             vel1=vel1,
             vel1_mm_per_s=vel1_mm_per_s,
+            vel1_deg_per_s=vel1_deg_per_s,
             wnd1=wnd1,
             vel2=vel2,
             vel2_mm_per_s=vel2_mm_per_s,
+            vel2_deg_per_s=vel2_deg_per_s,
             wnd2=wnd2,
             vel3=vel3,
             vel3_mm_per_s=vel3_mm_per_s,
+            vel3_deg_per_s=vel3_deg_per_s,
             wnd3=wnd3,
             vel4=vel4,
             vel4_mm_per_s=vel4_mm_per_s,
+            vel4_deg_per_s=vel4_deg_per_s,
         )
 
 
@@ -2812,8 +2981,10 @@ class WithButtonParams(Part):
         mode: e.ButtonMode | str | int,
         position1: int | None = None,
         position1_mm: Number | None = None,
+        position1_deg: Number | None = None,
         position2: int | None = None,
         position2_mm: Number | None = None,
+        position2_deg: Number | None = None,
         time_out: int | None = None,
         time_out_ms: Number | None = None,
         timeout: float | None = None,
@@ -2828,9 +2999,11 @@ class WithButtonParams(Part):
         :param position1: position of the top button; only in GO_TO_POSITION mode; in counts; scale
             to mm depends on the stage; from -2147483648 to 2147483647.
         :param position1_mm: ``position1`` in mm; the scale depends on the stage and its controller.
+        :param position1_deg: ``position1`` in deg, for a rotary stage.
         :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param position2_mm: ``position2`` in mm; the scale depends on the stage and its controller.
+        :param position2_deg: ``position2`` in deg, for a rotary stage.
         :param time_out: TimeOut1 in Issue 37: how long button 1 must be held to home, together with
             button 2, or to store the present position; applies in either mode. Page 100 says that
             it is not for the TDC001. In counts of 1 ms; from 0 to 65535.
@@ -2849,8 +3022,10 @@ class WithButtonParams(Part):
             mode=mode,
             position1=position1,
             position1_mm=position1_mm,
+            position1_deg=position1_deg,
             position2=position2,
             position2_mm=position2_mm,
+            position2_deg=position2_deg,
             time_out=time_out,
             time_out_ms=time_out_ms,
         )
@@ -2861,8 +3036,10 @@ class WithButtonParams(Part):
         mode: e.ButtonMode | str | int | None = None,
         position1: int | None = None,
         position1_mm: Number | None = None,
+        position1_deg: Number | None = None,
         position2: int | None = None,
         position2_mm: Number | None = None,
+        position2_deg: Number | None = None,
         time_out: int | None = None,
         time_out_ms: Number | None = None,
         timeout: float | None = None,
@@ -2879,9 +3056,11 @@ class WithButtonParams(Part):
         :param position1: position of the top button; only in GO_TO_POSITION mode; in counts; scale
             to mm depends on the stage; from -2147483648 to 2147483647.
         :param position1_mm: ``position1`` in mm; the scale depends on the stage and its controller.
+        :param position1_deg: ``position1`` in deg, for a rotary stage.
         :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param position2_mm: ``position2`` in mm; the scale depends on the stage and its controller.
+        :param position2_deg: ``position2`` in deg, for a rotary stage.
         :param time_out: TimeOut1 in Issue 37: how long button 1 must be held to home, together with
             button 2, or to store the present position; applies in either mode. Page 100 says that
             it is not for the TDC001. In counts of 1 ms; from 0 to 65535.
@@ -2903,8 +3082,10 @@ class WithButtonParams(Part):
             mode=mode,
             position1=position1,
             position1_mm=position1_mm,
+            position1_deg=position1_deg,
             position2=position2,
             position2_mm=position2_mm,
+            position2_deg=position2_deg,
             time_out=time_out,
             time_out_ms=time_out_ms,
         )
@@ -3100,6 +3281,7 @@ class WithPmdPositionLoopParams(Part):
         kaff_pos: int,
         pos_err_lim: int | None = None,
         pos_err_lim_mm: Number | None = None,
+        pos_err_lim_deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the position loop parameters.
@@ -3129,6 +3311,7 @@ class WithPmdPositionLoopParams(Part):
             counts; scale to mm depends on the stage; from 0 to 2147483647.
         :param pos_err_lim_mm: ``pos_err_lim`` in mm; the scale depends on the stage and its
             controller.
+        :param pos_err_lim_deg: ``pos_err_lim`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -3152,6 +3335,7 @@ class WithPmdPositionLoopParams(Part):
             kaff_pos=kaff_pos,
             pos_err_lim=pos_err_lim,
             pos_err_lim_mm=pos_err_lim_mm,
+            pos_err_lim_deg=pos_err_lim_deg,
         )
 
     async def change_pmd_position_loop_params(
@@ -3169,6 +3353,7 @@ class WithPmdPositionLoopParams(Part):
         kaff_pos: int | None = None,
         pos_err_lim: int | None = None,
         pos_err_lim_mm: Number | None = None,
+        pos_err_lim_deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.PmdPositionLoopParams:
         """Change the position loop parameters.
@@ -3200,6 +3385,7 @@ class WithPmdPositionLoopParams(Part):
             counts; scale to mm depends on the stage; from 0 to 2147483647.
         :param pos_err_lim_mm: ``pos_err_lim`` in mm; the scale depends on the stage and its
             controller.
+        :param pos_err_lim_deg: ``pos_err_lim`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -3226,6 +3412,7 @@ class WithPmdPositionLoopParams(Part):
             kaff_pos=kaff_pos,
             pos_err_lim=pos_err_lim,
             pos_err_lim_mm=pos_err_lim_mm,
+            pos_err_lim_deg=pos_err_lim_deg,
         )
 
 
@@ -3407,8 +3594,10 @@ class WithPmdTrackSettleParams(Part):
         time_us: Number | None = None,
         settle_window: int | None = None,
         settle_window_mm: Number | None = None,
+        settle_window_deg: Number | None = None,
         track_window: int | None = None,
         track_window_mm: Number | None = None,
+        track_window_deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the tracking and settling parameters.
@@ -3426,10 +3615,12 @@ class WithPmdTrackSettleParams(Part):
             on the stage; from 0 to 65535.
         :param settle_window_mm: ``settle_window`` in mm; the scale depends on the stage and its
             controller.
+        :param settle_window_deg: ``settle_window`` in deg, for a rotary stage.
         :param track_window: Position error beyond which the tracking bit is cleared; the axis is
             not stopped; in counts; scale to mm depends on the stage; from 0 to 65535.
         :param track_window_mm: ``track_window`` in mm; the scale depends on the stage and its
             controller.
+        :param track_window_deg: ``track_window`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -3445,8 +3636,10 @@ class WithPmdTrackSettleParams(Part):
             time_us=time_us,
             settle_window=settle_window,
             settle_window_mm=settle_window_mm,
+            settle_window_deg=settle_window_deg,
             track_window=track_window,
             track_window_mm=track_window_mm,
+            track_window_deg=track_window_deg,
         )
 
     async def change_pmd_track_settle_params(
@@ -3456,8 +3649,10 @@ class WithPmdTrackSettleParams(Part):
         time_us: Number | None = None,
         settle_window: int | None = None,
         settle_window_mm: Number | None = None,
+        settle_window_deg: Number | None = None,
         track_window: int | None = None,
         track_window_mm: Number | None = None,
+        track_window_deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.PmdTrackSettleParams:
         """Change the tracking and settling parameters.
@@ -3478,10 +3673,12 @@ class WithPmdTrackSettleParams(Part):
             on the stage; from 0 to 65535.
         :param settle_window_mm: ``settle_window`` in mm; the scale depends on the stage and its
             controller.
+        :param settle_window_deg: ``settle_window`` in deg, for a rotary stage.
         :param track_window: Position error beyond which the tracking bit is cleared; the axis is
             not stopped; in counts; scale to mm depends on the stage; from 0 to 65535.
         :param track_window_mm: ``track_window`` in mm; the scale depends on the stage and its
             controller.
+        :param track_window_deg: ``track_window`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -3500,8 +3697,10 @@ class WithPmdTrackSettleParams(Part):
             time_us=time_us,
             settle_window=settle_window,
             settle_window_mm=settle_window_mm,
+            settle_window_deg=settle_window_deg,
             track_window=track_window,
             track_window_mm=track_window_mm,
+            track_window_deg=track_window_deg,
         )
 
 
@@ -3536,6 +3735,7 @@ class WithPmdProfileModeParams(Part):
         mode: e.ProfileMode | str | int,
         jerk: int | None = None,
         mm_per_s3: Number | None = None,
+        deg_per_s3: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the profile mode parameters.
@@ -3549,6 +3749,7 @@ class WithPmdProfileModeParams(Part):
         :param jerk: limit on the change of acceleration; S_CURVE only; in counts; scale to mm/s^3
             depends on the stage; from 0 to 4294967295.
         :param mm_per_s3: ``jerk`` in mm/s^3; the scale depends on the stage and its controller.
+        :param deg_per_s3: ``jerk`` in deg/s^3, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -3563,6 +3764,7 @@ class WithPmdProfileModeParams(Part):
             mode=mode,
             jerk=jerk,
             mm_per_s3=mm_per_s3,
+            deg_per_s3=deg_per_s3,
         )
 
     async def change_pmd_profile_mode_params(
@@ -3571,6 +3773,7 @@ class WithPmdProfileModeParams(Part):
         mode: e.ProfileMode | str | int | None = None,
         jerk: int | None = None,
         mm_per_s3: Number | None = None,
+        deg_per_s3: Number | None = None,
         timeout: float | None = None,
     ) -> v.PmdProfileModeParams:
         """Change the profile mode parameters.
@@ -3586,6 +3789,7 @@ class WithPmdProfileModeParams(Part):
         :param jerk: limit on the change of acceleration; S_CURVE only; in counts; scale to mm/s^3
             depends on the stage; from 0 to 4294967295.
         :param mm_per_s3: ``jerk`` in mm/s^3; the scale depends on the stage and its controller.
+        :param deg_per_s3: ``jerk`` in deg/s^3, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -3603,6 +3807,7 @@ class WithPmdProfileModeParams(Part):
             mode=mode,
             jerk=jerk,
             mm_per_s3=mm_per_s3,
+            deg_per_s3=deg_per_s3,
         )
 
 
@@ -3633,12 +3838,16 @@ class WithJoystickParams(Part):
         *,
         js_gear_low_max_vel: int | None = None,
         js_gear_low_max_vel_mm_per_s: Number | None = None,
+        js_gear_low_max_vel_deg_per_s: Number | None = None,
         js_gear_high_max_vel: int | None = None,
         js_gear_high_max_vel_mm_per_s: Number | None = None,
+        js_gear_high_max_vel_deg_per_s: Number | None = None,
         js_gear_low_accn: int | None = None,
         js_gear_low_accn_mm_per_s2: Number | None = None,
+        js_gear_low_accn_deg_per_s2: Number | None = None,
         js_gear_high_accn: int | None = None,
         js_gear_high_accn_mm_per_s2: Number | None = None,
+        js_gear_high_accn_deg_per_s2: Number | None = None,
         dir_sense: e.DirectionSense | str | int,
         timeout: float | None = None,
     ) -> None:
@@ -3655,18 +3864,23 @@ class WithJoystickParams(Part):
             range of a dword. In counts; scale to mm/s depends on the stage; from 0 to 4294967295.
         :param js_gear_low_max_vel_mm_per_s: ``js_gear_low_max_vel`` in mm/s; the scale depends on
             the stage and its controller.
+        :param js_gear_low_max_vel_deg_per_s: ``js_gear_low_max_vel`` in deg/s, for a rotary stage.
         :param js_gear_high_max_vel: maximum velocity in high gear; in counts; scale to mm/s depends
             on the stage; from 0 to 4294967295.
         :param js_gear_high_max_vel_mm_per_s: ``js_gear_high_max_vel`` in mm/s; the scale depends on
             the stage and its controller.
+        :param js_gear_high_max_vel_deg_per_s: ``js_gear_high_max_vel`` in deg/s, for a rotary
+            stage.
         :param js_gear_low_accn: acceleration in low gear; in counts; scale to mm/s^2 depends on the
             stage; from 0 to 4294967295.
         :param js_gear_low_accn_mm_per_s2: ``js_gear_low_accn`` in mm/s^2; the scale depends on the
             stage and its controller.
+        :param js_gear_low_accn_deg_per_s2: ``js_gear_low_accn`` in deg/s^2, for a rotary stage.
         :param js_gear_high_accn: acceleration in high gear; in counts; scale to mm/s^2 depends on
             the stage; from 0 to 4294967295.
         :param js_gear_high_accn_mm_per_s2: ``js_gear_high_accn`` in mm/s^2; the scale depends on
             the stage and its controller.
+        :param js_gear_high_accn_deg_per_s2: ``js_gear_high_accn`` in deg/s^2, for a rotary stage.
         :param dir_sense: :class:`~.DirectionSense`: DIRSENSE_POS (1), DIRSENSE_NEG (2).
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
@@ -3681,12 +3895,16 @@ class WithJoystickParams(Part):
             timeout,
             js_gear_low_max_vel=js_gear_low_max_vel,
             js_gear_low_max_vel_mm_per_s=js_gear_low_max_vel_mm_per_s,
+            js_gear_low_max_vel_deg_per_s=js_gear_low_max_vel_deg_per_s,
             js_gear_high_max_vel=js_gear_high_max_vel,
             js_gear_high_max_vel_mm_per_s=js_gear_high_max_vel_mm_per_s,
+            js_gear_high_max_vel_deg_per_s=js_gear_high_max_vel_deg_per_s,
             js_gear_low_accn=js_gear_low_accn,
             js_gear_low_accn_mm_per_s2=js_gear_low_accn_mm_per_s2,
+            js_gear_low_accn_deg_per_s2=js_gear_low_accn_deg_per_s2,
             js_gear_high_accn=js_gear_high_accn,
             js_gear_high_accn_mm_per_s2=js_gear_high_accn_mm_per_s2,
+            js_gear_high_accn_deg_per_s2=js_gear_high_accn_deg_per_s2,
             dir_sense=dir_sense,
         )
 
@@ -3695,12 +3913,16 @@ class WithJoystickParams(Part):
         *,
         js_gear_low_max_vel: int | None = None,
         js_gear_low_max_vel_mm_per_s: Number | None = None,
+        js_gear_low_max_vel_deg_per_s: Number | None = None,
         js_gear_high_max_vel: int | None = None,
         js_gear_high_max_vel_mm_per_s: Number | None = None,
+        js_gear_high_max_vel_deg_per_s: Number | None = None,
         js_gear_low_accn: int | None = None,
         js_gear_low_accn_mm_per_s2: Number | None = None,
+        js_gear_low_accn_deg_per_s2: Number | None = None,
         js_gear_high_accn: int | None = None,
         js_gear_high_accn_mm_per_s2: Number | None = None,
+        js_gear_high_accn_deg_per_s2: Number | None = None,
         dir_sense: e.DirectionSense | str | int | None = None,
         timeout: float | None = None,
     ) -> v.JoystickParams:
@@ -3718,18 +3940,23 @@ class WithJoystickParams(Part):
             range of a dword. In counts; scale to mm/s depends on the stage; from 0 to 4294967295.
         :param js_gear_low_max_vel_mm_per_s: ``js_gear_low_max_vel`` in mm/s; the scale depends on
             the stage and its controller.
+        :param js_gear_low_max_vel_deg_per_s: ``js_gear_low_max_vel`` in deg/s, for a rotary stage.
         :param js_gear_high_max_vel: maximum velocity in high gear; in counts; scale to mm/s depends
             on the stage; from 0 to 4294967295.
         :param js_gear_high_max_vel_mm_per_s: ``js_gear_high_max_vel`` in mm/s; the scale depends on
             the stage and its controller.
+        :param js_gear_high_max_vel_deg_per_s: ``js_gear_high_max_vel`` in deg/s, for a rotary
+            stage.
         :param js_gear_low_accn: acceleration in low gear; in counts; scale to mm/s^2 depends on the
             stage; from 0 to 4294967295.
         :param js_gear_low_accn_mm_per_s2: ``js_gear_low_accn`` in mm/s^2; the scale depends on the
             stage and its controller.
+        :param js_gear_low_accn_deg_per_s2: ``js_gear_low_accn`` in deg/s^2, for a rotary stage.
         :param js_gear_high_accn: acceleration in high gear; in counts; scale to mm/s^2 depends on
             the stage; from 0 to 4294967295.
         :param js_gear_high_accn_mm_per_s2: ``js_gear_high_accn`` in mm/s^2; the scale depends on
             the stage and its controller.
+        :param js_gear_high_accn_deg_per_s2: ``js_gear_high_accn`` in deg/s^2, for a rotary stage.
         :param dir_sense: :class:`~.DirectionSense`: DIRSENSE_POS (1), DIRSENSE_NEG (2).
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
@@ -3747,12 +3974,16 @@ class WithJoystickParams(Part):
             timeout,
             js_gear_low_max_vel=js_gear_low_max_vel,
             js_gear_low_max_vel_mm_per_s=js_gear_low_max_vel_mm_per_s,
+            js_gear_low_max_vel_deg_per_s=js_gear_low_max_vel_deg_per_s,
             js_gear_high_max_vel=js_gear_high_max_vel,
             js_gear_high_max_vel_mm_per_s=js_gear_high_max_vel_mm_per_s,
+            js_gear_high_max_vel_deg_per_s=js_gear_high_max_vel_deg_per_s,
             js_gear_low_accn=js_gear_low_accn,
             js_gear_low_accn_mm_per_s2=js_gear_low_accn_mm_per_s2,
+            js_gear_low_accn_deg_per_s2=js_gear_low_accn_deg_per_s2,
             js_gear_high_accn=js_gear_high_accn,
             js_gear_high_accn_mm_per_s2=js_gear_high_accn_mm_per_s2,
+            js_gear_high_accn_deg_per_s2=js_gear_high_accn_deg_per_s2,
             dir_sense=dir_sense,
         )
 
@@ -3919,14 +4150,19 @@ class WithPmdStageAxisParams(Part):
         cnts_per_unit: int,
         min_pos: int | None = None,
         min_pos_mm: Number | None = None,
+        min_pos_deg: Number | None = None,
         max_pos: int | None = None,
         max_pos_mm: Number | None = None,
+        max_pos_deg: Number | None = None,
         max_accn: int | None = None,
         max_accn_mm_per_s2: Number | None = None,
+        max_accn_deg_per_s2: Number | None = None,
         max_dec: int | None = None,
         max_dec_mm_per_s2: Number | None = None,
+        max_dec_deg_per_s2: Number | None = None,
         max_vel: int | None = None,
         max_vel_mm_per_s: Number | None = None,
+        max_vel_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the stage axis parameters.
@@ -3946,23 +4182,28 @@ class WithPmdStageAxisParams(Part):
         :param min_pos: minimum position, typically zero; a set can only raise it; in counts; scale
             to mm depends on the stage; from -2147483648 to 2147483647.
         :param min_pos_mm: ``min_pos`` in mm; the scale depends on the stage and its controller.
+        :param min_pos_deg: ``min_pos`` in deg, for a rotary stage.
         :param max_pos: maximum position in encoder counts; a set can only lower it; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param max_pos_mm: ``max_pos`` in mm; the scale depends on the stage and its controller.
+        :param max_pos_deg: ``max_pos`` in deg, for a rotary stage.
         :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the numbers in
             the example are those times 65536. In counts; scale to mm/s^2 depends on the stage; from
             -2147483648 to 2147483647.
         :param max_accn_mm_per_s2: ``max_accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param max_accn_deg_per_s2: ``max_accn`` in deg/s^2, for a rotary stage.
         :param max_dec: maximum deceleration; same scale as max_accn; in counts; scale to mm/s^2
             depends on the stage; from -2147483648 to 2147483647.
         :param max_dec_mm_per_s2: ``max_dec`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param max_dec_deg_per_s2: ``max_dec`` in deg/s^2, for a rotary stage.
         :param max_vel: Maximum velocity. Printed as counts per cycle; the number in the example is
             that times 65536. In counts; scale to mm/s depends on the stage; from -2147483648 to
             2147483647.
         :param max_vel_mm_per_s: ``max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param max_vel_deg_per_s: ``max_vel`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -3981,14 +4222,19 @@ class WithPmdStageAxisParams(Part):
             cnts_per_unit=cnts_per_unit,
             min_pos=min_pos,
             min_pos_mm=min_pos_mm,
+            min_pos_deg=min_pos_deg,
             max_pos=max_pos,
             max_pos_mm=max_pos_mm,
+            max_pos_deg=max_pos_deg,
             max_accn=max_accn,
             max_accn_mm_per_s2=max_accn_mm_per_s2,
+            max_accn_deg_per_s2=max_accn_deg_per_s2,
             max_dec=max_dec,
             max_dec_mm_per_s2=max_dec_mm_per_s2,
+            max_dec_deg_per_s2=max_dec_deg_per_s2,
             max_vel=max_vel,
             max_vel_mm_per_s=max_vel_mm_per_s,
+            max_vel_deg_per_s=max_vel_deg_per_s,
         )
 
     async def change_pmd_stage_axis_params(
@@ -4001,14 +4247,19 @@ class WithPmdStageAxisParams(Part):
         cnts_per_unit: int | None = None,
         min_pos: int | None = None,
         min_pos_mm: Number | None = None,
+        min_pos_deg: Number | None = None,
         max_pos: int | None = None,
         max_pos_mm: Number | None = None,
+        max_pos_deg: Number | None = None,
         max_accn: int | None = None,
         max_accn_mm_per_s2: Number | None = None,
+        max_accn_deg_per_s2: Number | None = None,
         max_dec: int | None = None,
         max_dec_mm_per_s2: Number | None = None,
+        max_dec_deg_per_s2: Number | None = None,
         max_vel: int | None = None,
         max_vel_mm_per_s: Number | None = None,
+        max_vel_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> v.PmdStageAxisParams:
         """Change the stage axis parameters.
@@ -4034,23 +4285,28 @@ class WithPmdStageAxisParams(Part):
         :param min_pos: minimum position, typically zero; a set can only raise it; in counts; scale
             to mm depends on the stage; from -2147483648 to 2147483647.
         :param min_pos_mm: ``min_pos`` in mm; the scale depends on the stage and its controller.
+        :param min_pos_deg: ``min_pos`` in deg, for a rotary stage.
         :param max_pos: maximum position in encoder counts; a set can only lower it; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param max_pos_mm: ``max_pos`` in mm; the scale depends on the stage and its controller.
+        :param max_pos_deg: ``max_pos`` in deg, for a rotary stage.
         :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the numbers in
             the example are those times 65536. In counts; scale to mm/s^2 depends on the stage; from
             -2147483648 to 2147483647.
         :param max_accn_mm_per_s2: ``max_accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param max_accn_deg_per_s2: ``max_accn`` in deg/s^2, for a rotary stage.
         :param max_dec: maximum deceleration; same scale as max_accn; in counts; scale to mm/s^2
             depends on the stage; from -2147483648 to 2147483647.
         :param max_dec_mm_per_s2: ``max_dec`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param max_dec_deg_per_s2: ``max_dec`` in deg/s^2, for a rotary stage.
         :param max_vel: Maximum velocity. Printed as counts per cycle; the number in the example is
             that times 65536. In counts; scale to mm/s depends on the stage; from -2147483648 to
             2147483647.
         :param max_vel_mm_per_s: ``max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param max_vel_deg_per_s: ``max_vel`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -4072,14 +4328,19 @@ class WithPmdStageAxisParams(Part):
             cnts_per_unit=cnts_per_unit,
             min_pos=min_pos,
             min_pos_mm=min_pos_mm,
+            min_pos_deg=min_pos_deg,
             max_pos=max_pos,
             max_pos_mm=max_pos_mm,
+            max_pos_deg=max_pos_deg,
             max_accn=max_accn,
             max_accn_mm_per_s2=max_accn_mm_per_s2,
+            max_accn_deg_per_s2=max_accn_deg_per_s2,
             max_dec=max_dec,
             max_dec_mm_per_s2=max_dec_mm_per_s2,
+            max_dec_deg_per_s2=max_dec_deg_per_s2,
             max_vel=max_vel,
             max_vel_mm_per_s=max_vel_mm_per_s,
+            max_vel_deg_per_s=max_vel_deg_per_s,
         )
 
 
@@ -4307,13 +4568,17 @@ class WithKcubeMmiParams(Part):
         js_mode: e.WheelMode | str | int,
         js_max_vel: int | None = None,
         js_max_vel_mm_per_s: Number | None = None,
+        js_max_vel_deg_per_s: Number | None = None,
         js_accn: int | None = None,
         js_accn_mm_per_s2: Number | None = None,
+        js_accn_deg_per_s2: Number | None = None,
         dir_sense: e.WheelDirection | str | int,
         preset_pos1: int | None = None,
         preset_pos1_mm: Number | None = None,
+        preset_pos1_deg: Number | None = None,
         preset_pos2: int | None = None,
         preset_pos2_mm: Number | None = None,
+        preset_pos2_deg: Number | None = None,
         disp_brightness: int | None = None,
         disp_brightness_percent: Number | None = None,
         disp_timeout: int | None = None,
@@ -4321,6 +4586,7 @@ class WithKcubeMmiParams(Part):
         disp_dim_level: int,
         preset_pos3: int | None = None,
         preset_pos3_mm: Number | None = None,
+        preset_pos3_deg: Number | None = None,
         js_sensitivity: int,
         timeout: float | None = None,
     ) -> None:
@@ -4340,19 +4606,23 @@ class WithKcubeMmiParams(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param js_max_vel_mm_per_s: ``js_max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param js_max_vel_deg_per_s: ``js_max_vel`` in deg/s, for a rotary stage.
         :param js_accn: maximum acceleration of moves with the wheel; in counts; scale to mm/s^2
             depends on the stage; from -2147483648 to 2147483647.
         :param js_accn_mm_per_s2: ``js_accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param js_accn_deg_per_s2: ``js_accn`` in deg/s^2, for a rotary stage.
         :param dir_sense: :class:`~.WheelDirection`: DISABLED (0), POSITIVE (1), NEGATIVE (2).
         :param preset_pos1: first position in GO_TO_POSITION mode; in counts; scale to mm depends on
             the stage; from -2147483648 to 2147483647.
         :param preset_pos1_mm: ``preset_pos1`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos1_deg: ``preset_pos1`` in deg, for a rotary stage.
         :param preset_pos2: second position in GO_TO_POSITION mode; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos2_deg: ``preset_pos2`` in deg, for a rotary stage.
         :param disp_brightness: Brightness of the display; 0 is off. The MENU button still lights it
             up for a moment. In counts of 1 percent; from 0 to 100.
         :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 100.
@@ -4365,6 +4635,7 @@ class WithKcubeMmiParams(Part):
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos3_deg: ``preset_pos3`` in deg, for a rotary stage.
         :param js_sensitivity: Sensitivity of the joystick, from zero to its maximum; only on the
             BBD30x; from 0 to 65535.
         :param timeout: in seconds; default: the timeout of the device.
@@ -4381,13 +4652,17 @@ class WithKcubeMmiParams(Part):
             js_mode=js_mode,
             js_max_vel=js_max_vel,
             js_max_vel_mm_per_s=js_max_vel_mm_per_s,
+            js_max_vel_deg_per_s=js_max_vel_deg_per_s,
             js_accn=js_accn,
             js_accn_mm_per_s2=js_accn_mm_per_s2,
+            js_accn_deg_per_s2=js_accn_deg_per_s2,
             dir_sense=dir_sense,
             preset_pos1=preset_pos1,
             preset_pos1_mm=preset_pos1_mm,
+            preset_pos1_deg=preset_pos1_deg,
             preset_pos2=preset_pos2,
             preset_pos2_mm=preset_pos2_mm,
+            preset_pos2_deg=preset_pos2_deg,
             disp_brightness=disp_brightness,
             disp_brightness_percent=disp_brightness_percent,
             disp_timeout=disp_timeout,
@@ -4395,6 +4670,7 @@ class WithKcubeMmiParams(Part):
             disp_dim_level=disp_dim_level,
             preset_pos3=preset_pos3,
             preset_pos3_mm=preset_pos3_mm,
+            preset_pos3_deg=preset_pos3_deg,
             js_sensitivity=js_sensitivity,
         )
 
@@ -4404,13 +4680,17 @@ class WithKcubeMmiParams(Part):
         js_mode: e.WheelMode | str | int | None = None,
         js_max_vel: int | None = None,
         js_max_vel_mm_per_s: Number | None = None,
+        js_max_vel_deg_per_s: Number | None = None,
         js_accn: int | None = None,
         js_accn_mm_per_s2: Number | None = None,
+        js_accn_deg_per_s2: Number | None = None,
         dir_sense: e.WheelDirection | str | int | None = None,
         preset_pos1: int | None = None,
         preset_pos1_mm: Number | None = None,
+        preset_pos1_deg: Number | None = None,
         preset_pos2: int | None = None,
         preset_pos2_mm: Number | None = None,
+        preset_pos2_deg: Number | None = None,
         disp_brightness: int | None = None,
         disp_brightness_percent: Number | None = None,
         disp_timeout: int | None = None,
@@ -4418,6 +4698,7 @@ class WithKcubeMmiParams(Part):
         disp_dim_level: int | None = None,
         preset_pos3: int | None = None,
         preset_pos3_mm: Number | None = None,
+        preset_pos3_deg: Number | None = None,
         js_sensitivity: int | None = None,
         timeout: float | None = None,
     ) -> v.KcubeMmiParams:
@@ -4439,19 +4720,23 @@ class WithKcubeMmiParams(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param js_max_vel_mm_per_s: ``js_max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param js_max_vel_deg_per_s: ``js_max_vel`` in deg/s, for a rotary stage.
         :param js_accn: maximum acceleration of moves with the wheel; in counts; scale to mm/s^2
             depends on the stage; from -2147483648 to 2147483647.
         :param js_accn_mm_per_s2: ``js_accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param js_accn_deg_per_s2: ``js_accn`` in deg/s^2, for a rotary stage.
         :param dir_sense: :class:`~.WheelDirection`: DISABLED (0), POSITIVE (1), NEGATIVE (2).
         :param preset_pos1: first position in GO_TO_POSITION mode; in counts; scale to mm depends on
             the stage; from -2147483648 to 2147483647.
         :param preset_pos1_mm: ``preset_pos1`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos1_deg: ``preset_pos1`` in deg, for a rotary stage.
         :param preset_pos2: second position in GO_TO_POSITION mode; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos2_deg: ``preset_pos2`` in deg, for a rotary stage.
         :param disp_brightness: Brightness of the display; 0 is off. The MENU button still lights it
             up for a moment. In counts of 1 percent; from 0 to 100.
         :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 100.
@@ -4464,6 +4749,7 @@ class WithKcubeMmiParams(Part):
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos3_deg: ``preset_pos3`` in deg, for a rotary stage.
         :param js_sensitivity: Sensitivity of the joystick, from zero to its maximum; only on the
             BBD30x; from 0 to 65535.
         :param timeout: in seconds; default: the timeout of the device.
@@ -4483,13 +4769,17 @@ class WithKcubeMmiParams(Part):
             js_mode=js_mode,
             js_max_vel=js_max_vel,
             js_max_vel_mm_per_s=js_max_vel_mm_per_s,
+            js_max_vel_deg_per_s=js_max_vel_deg_per_s,
             js_accn=js_accn,
             js_accn_mm_per_s2=js_accn_mm_per_s2,
+            js_accn_deg_per_s2=js_accn_deg_per_s2,
             dir_sense=dir_sense,
             preset_pos1=preset_pos1,
             preset_pos1_mm=preset_pos1_mm,
+            preset_pos1_deg=preset_pos1_deg,
             preset_pos2=preset_pos2,
             preset_pos2_mm=preset_pos2_mm,
+            preset_pos2_deg=preset_pos2_deg,
             disp_brightness=disp_brightness,
             disp_brightness_percent=disp_brightness_percent,
             disp_timeout=disp_timeout,
@@ -4497,6 +4787,7 @@ class WithKcubeMmiParams(Part):
             disp_dim_level=disp_dim_level,
             preset_pos3=preset_pos3,
             preset_pos3_mm=preset_pos3_mm,
+            preset_pos3_deg=preset_pos3_deg,
             js_sensitivity=js_sensitivity,
         )
 
@@ -4672,13 +4963,17 @@ class WithKcubePosTrigParams(Part):
         *,
         start_pos_fwd: int | None = None,
         start_pos_fwd_mm: Number | None = None,
+        start_pos_fwd_deg: Number | None = None,
         interval_fwd: int | None = None,
         interval_fwd_mm: Number | None = None,
+        interval_fwd_deg: Number | None = None,
         num_pulses_fwd: int,
         start_pos_rev: int | None = None,
         start_pos_rev_mm: Number | None = None,
+        start_pos_rev_deg: Number | None = None,
         interval_rev: int | None = None,
         interval_rev_mm: Number | None = None,
+        interval_rev_deg: Number | None = None,
         num_pulses_rev: int,
         pulse_width: int | None = None,
         pulse_width_us: Number | None = None,
@@ -4702,19 +4997,23 @@ class WithKcubePosTrigParams(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_fwd_deg: ``start_pos_fwd`` in deg, for a rotary stage.
         :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_fwd_deg: ``interval_fwd`` in deg, for a rotary stage.
         :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
         :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_rev_deg: ``start_pos_rev`` in deg, for a rotary stage.
         :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_rev_deg: ``interval_rev`` in deg, for a rotary stage.
         :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
         :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
         :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
@@ -4732,13 +5031,17 @@ class WithKcubePosTrigParams(Part):
             timeout,
             start_pos_fwd=start_pos_fwd,
             start_pos_fwd_mm=start_pos_fwd_mm,
+            start_pos_fwd_deg=start_pos_fwd_deg,
             interval_fwd=interval_fwd,
             interval_fwd_mm=interval_fwd_mm,
+            interval_fwd_deg=interval_fwd_deg,
             num_pulses_fwd=num_pulses_fwd,
             start_pos_rev=start_pos_rev,
             start_pos_rev_mm=start_pos_rev_mm,
+            start_pos_rev_deg=start_pos_rev_deg,
             interval_rev=interval_rev,
             interval_rev_mm=interval_rev_mm,
+            interval_rev_deg=interval_rev_deg,
             num_pulses_rev=num_pulses_rev,
             pulse_width=pulse_width,
             pulse_width_us=pulse_width_us,
@@ -4750,13 +5053,17 @@ class WithKcubePosTrigParams(Part):
         *,
         start_pos_fwd: int | None = None,
         start_pos_fwd_mm: Number | None = None,
+        start_pos_fwd_deg: Number | None = None,
         interval_fwd: int | None = None,
         interval_fwd_mm: Number | None = None,
+        interval_fwd_deg: Number | None = None,
         num_pulses_fwd: int | None = None,
         start_pos_rev: int | None = None,
         start_pos_rev_mm: Number | None = None,
+        start_pos_rev_deg: Number | None = None,
         interval_rev: int | None = None,
         interval_rev_mm: Number | None = None,
+        interval_rev_deg: Number | None = None,
         num_pulses_rev: int | None = None,
         pulse_width: int | None = None,
         pulse_width_us: Number | None = None,
@@ -4783,19 +5090,23 @@ class WithKcubePosTrigParams(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_fwd_deg: ``start_pos_fwd`` in deg, for a rotary stage.
         :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_fwd_deg: ``interval_fwd`` in deg, for a rotary stage.
         :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
         :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_rev_deg: ``start_pos_rev`` in deg, for a rotary stage.
         :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_rev_deg: ``interval_rev`` in deg, for a rotary stage.
         :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
         :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
         :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
@@ -4816,13 +5127,17 @@ class WithKcubePosTrigParams(Part):
             timeout,
             start_pos_fwd=start_pos_fwd,
             start_pos_fwd_mm=start_pos_fwd_mm,
+            start_pos_fwd_deg=start_pos_fwd_deg,
             interval_fwd=interval_fwd,
             interval_fwd_mm=interval_fwd_mm,
+            interval_fwd_deg=interval_fwd_deg,
             num_pulses_fwd=num_pulses_fwd,
             start_pos_rev=start_pos_rev,
             start_pos_rev_mm=start_pos_rev_mm,
+            start_pos_rev_deg=start_pos_rev_deg,
             interval_rev=interval_rev,
             interval_rev_mm=interval_rev_mm,
+            interval_rev_deg=interval_rev_deg,
             num_pulses_rev=num_pulses_rev,
             pulse_width=pulse_width,
             pulse_width_us=pulse_width_us,
@@ -5126,17 +5441,23 @@ class WithLcdMoveParams(Part):
         js_mode: e.KnobMode | str | int,
         jog_step_size: int | None = None,
         jog_step_size_mm: Number | None = None,
+        jog_step_size_deg: Number | None = None,
         accn: int | None = None,
         accn_mm_per_s2: Number | None = None,
+        accn_deg_per_s2: Number | None = None,
         max_vel: int | None = None,
         max_vel_mm_per_s: Number | None = None,
+        max_vel_deg_per_s: Number | None = None,
         jog_stop_mode: e.StopMode | str | int,
         preset_pos: int | None = None,
         preset_pos_mm: Number | None = None,
+        preset_pos_deg: Number | None = None,
         preset_pos2: int | None = None,
         preset_pos2_mm: Number | None = None,
+        preset_pos2_deg: Number | None = None,
         preset_pos3: int | None = None,
         preset_pos3_mm: Number | None = None,
+        preset_pos3_deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the front panel move parameters.
@@ -5155,27 +5476,33 @@ class WithLcdMoveParams(Part):
             stage; from -2147483648 to 2147483647.
         :param jog_step_size_mm: ``jog_step_size`` in mm; the scale depends on the stage and its
             controller.
+        :param jog_step_size_deg: ``jog_step_size`` in deg, for a rotary stage.
         :param accn: acceleration of the moves; in counts; scale to mm/s^2 depends on the stage;
             from -2147483648 to 2147483647.
         :param accn_mm_per_s2: ``accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param accn_deg_per_s2: ``accn`` in deg/s^2, for a rotary stage.
         :param max_vel: maximum velocity of the moves; in counts; scale to mm/s depends on the
             stage; from -2147483648 to 2147483647.
         :param max_vel_mm_per_s: ``max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param max_vel_deg_per_s: ``max_vel`` in deg/s, for a rotary stage.
         :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
         :param preset_pos: first preset position; in counts; scale to mm depends on the stage; from
             -2147483648 to 2147483647.
         :param preset_pos_mm: ``preset_pos`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos_deg: ``preset_pos`` in deg, for a rotary stage.
         :param preset_pos2: second preset position; not in the document; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos2_deg: ``preset_pos2`` in deg, for a rotary stage.
         :param preset_pos3: third preset position; not in the document; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos3_deg: ``preset_pos3`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -5191,17 +5518,23 @@ class WithLcdMoveParams(Part):
             js_mode=js_mode,
             jog_step_size=jog_step_size,
             jog_step_size_mm=jog_step_size_mm,
+            jog_step_size_deg=jog_step_size_deg,
             accn=accn,
             accn_mm_per_s2=accn_mm_per_s2,
+            accn_deg_per_s2=accn_deg_per_s2,
             max_vel=max_vel,
             max_vel_mm_per_s=max_vel_mm_per_s,
+            max_vel_deg_per_s=max_vel_deg_per_s,
             jog_stop_mode=jog_stop_mode,
             preset_pos=preset_pos,
             preset_pos_mm=preset_pos_mm,
+            preset_pos_deg=preset_pos_deg,
             preset_pos2=preset_pos2,
             preset_pos2_mm=preset_pos2_mm,
+            preset_pos2_deg=preset_pos2_deg,
             preset_pos3=preset_pos3,
             preset_pos3_mm=preset_pos3_mm,
+            preset_pos3_deg=preset_pos3_deg,
         )
 
     async def change_lcd_move_params(
@@ -5211,17 +5544,23 @@ class WithLcdMoveParams(Part):
         js_mode: e.KnobMode | str | int | None = None,
         jog_step_size: int | None = None,
         jog_step_size_mm: Number | None = None,
+        jog_step_size_deg: Number | None = None,
         accn: int | None = None,
         accn_mm_per_s2: Number | None = None,
+        accn_deg_per_s2: Number | None = None,
         max_vel: int | None = None,
         max_vel_mm_per_s: Number | None = None,
+        max_vel_deg_per_s: Number | None = None,
         jog_stop_mode: e.StopMode | str | int | None = None,
         preset_pos: int | None = None,
         preset_pos_mm: Number | None = None,
+        preset_pos_deg: Number | None = None,
         preset_pos2: int | None = None,
         preset_pos2_mm: Number | None = None,
+        preset_pos2_deg: Number | None = None,
         preset_pos3: int | None = None,
         preset_pos3_mm: Number | None = None,
+        preset_pos3_deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.LcdMoveParams:
         """Change the front panel move parameters.
@@ -5242,27 +5581,33 @@ class WithLcdMoveParams(Part):
             stage; from -2147483648 to 2147483647.
         :param jog_step_size_mm: ``jog_step_size`` in mm; the scale depends on the stage and its
             controller.
+        :param jog_step_size_deg: ``jog_step_size`` in deg, for a rotary stage.
         :param accn: acceleration of the moves; in counts; scale to mm/s^2 depends on the stage;
             from -2147483648 to 2147483647.
         :param accn_mm_per_s2: ``accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param accn_deg_per_s2: ``accn`` in deg/s^2, for a rotary stage.
         :param max_vel: maximum velocity of the moves; in counts; scale to mm/s depends on the
             stage; from -2147483648 to 2147483647.
         :param max_vel_mm_per_s: ``max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param max_vel_deg_per_s: ``max_vel`` in deg/s, for a rotary stage.
         :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
         :param preset_pos: first preset position; in counts; scale to mm depends on the stage; from
             -2147483648 to 2147483647.
         :param preset_pos_mm: ``preset_pos`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos_deg: ``preset_pos`` in deg, for a rotary stage.
         :param preset_pos2: second preset position; not in the document; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos2_deg: ``preset_pos2`` in deg, for a rotary stage.
         :param preset_pos3: third preset position; not in the document; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos3_deg: ``preset_pos3`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -5281,17 +5626,23 @@ class WithLcdMoveParams(Part):
             js_mode=js_mode,
             jog_step_size=jog_step_size,
             jog_step_size_mm=jog_step_size_mm,
+            jog_step_size_deg=jog_step_size_deg,
             accn=accn,
             accn_mm_per_s2=accn_mm_per_s2,
+            accn_deg_per_s2=accn_deg_per_s2,
             max_vel=max_vel,
             max_vel_mm_per_s=max_vel_mm_per_s,
+            max_vel_deg_per_s=max_vel_deg_per_s,
             jog_stop_mode=jog_stop_mode,
             preset_pos=preset_pos,
             preset_pos_mm=preset_pos_mm,
+            preset_pos_deg=preset_pos_deg,
             preset_pos2=preset_pos2,
             preset_pos2_mm=preset_pos2_mm,
+            preset_pos2_deg=preset_pos2_deg,
             preset_pos3=preset_pos3,
             preset_pos3_mm=preset_pos3_mm,
+            preset_pos3_deg=preset_pos3_deg,
         )
 
 

@@ -146,13 +146,17 @@ class WithMotTrigIoConfig(Part):
         trig_out_polarity: e.TriggerPolarity | str | int,
         start_pos_fwd: int | None = None,
         start_pos_fwd_mm: Number | None = None,
+        start_pos_fwd_deg: Number | None = None,
         interval_fwd: int | None = None,
         interval_fwd_mm: Number | None = None,
+        interval_fwd_deg: Number | None = None,
         num_pulses_fwd: int,
         start_pos_rev: int | None = None,
         start_pos_rev_mm: Number | None = None,
+        start_pos_rev_deg: Number | None = None,
         interval_rev: int | None = None,
         interval_rev_mm: Number | None = None,
+        interval_rev_deg: Number | None = None,
         num_pulses_rev: int,
         pulse_width: int | None = None,
         pulse_width_us: Number | None = None,
@@ -188,19 +192,23 @@ class WithMotTrigIoConfig(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_fwd_deg: ``start_pos_fwd`` in deg, for a rotary stage.
         :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_fwd_deg: ``interval_fwd`` in deg, for a rotary stage.
         :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
         :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_rev_deg: ``start_pos_rev`` in deg, for a rotary stage.
         :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_rev_deg: ``interval_rev`` in deg, for a rotary stage.
         :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
         :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
         :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
@@ -224,13 +232,17 @@ class WithMotTrigIoConfig(Part):
             trig_out_polarity=trig_out_polarity,
             start_pos_fwd=start_pos_fwd,
             start_pos_fwd_mm=start_pos_fwd_mm,
+            start_pos_fwd_deg=start_pos_fwd_deg,
             interval_fwd=interval_fwd,
             interval_fwd_mm=interval_fwd_mm,
+            interval_fwd_deg=interval_fwd_deg,
             num_pulses_fwd=num_pulses_fwd,
             start_pos_rev=start_pos_rev,
             start_pos_rev_mm=start_pos_rev_mm,
+            start_pos_rev_deg=start_pos_rev_deg,
             interval_rev=interval_rev,
             interval_rev_mm=interval_rev_mm,
+            interval_rev_deg=interval_rev_deg,
             num_pulses_rev=num_pulses_rev,
             pulse_width=pulse_width,
             pulse_width_us=pulse_width_us,
@@ -248,13 +260,17 @@ class WithMotTrigIoConfig(Part):
         trig_out_polarity: e.TriggerPolarity | str | int | None = None,
         start_pos_fwd: int | None = None,
         start_pos_fwd_mm: Number | None = None,
+        start_pos_fwd_deg: Number | None = None,
         interval_fwd: int | None = None,
         interval_fwd_mm: Number | None = None,
+        interval_fwd_deg: Number | None = None,
         num_pulses_fwd: int | None = None,
         start_pos_rev: int | None = None,
         start_pos_rev_mm: Number | None = None,
+        start_pos_rev_deg: Number | None = None,
         interval_rev: int | None = None,
         interval_rev_mm: Number | None = None,
+        interval_rev_deg: Number | None = None,
         num_pulses_rev: int | None = None,
         pulse_width: int | None = None,
         pulse_width_us: Number | None = None,
@@ -292,19 +308,23 @@ class WithMotTrigIoConfig(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_fwd_deg: ``start_pos_fwd`` in deg, for a rotary stage.
         :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_fwd_deg: ``interval_fwd`` in deg, for a rotary stage.
         :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
         :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_rev_deg: ``start_pos_rev`` in deg, for a rotary stage.
         :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_rev_deg: ``interval_rev`` in deg, for a rotary stage.
         :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
         :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
         :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
@@ -331,13 +351,17 @@ class WithMotTrigIoConfig(Part):
             trig_out_polarity=trig_out_polarity,
             start_pos_fwd=start_pos_fwd,
             start_pos_fwd_mm=start_pos_fwd_mm,
+            start_pos_fwd_deg=start_pos_fwd_deg,
             interval_fwd=interval_fwd,
             interval_fwd_mm=interval_fwd_mm,
+            interval_fwd_deg=interval_fwd_deg,
             num_pulses_fwd=num_pulses_fwd,
             start_pos_rev=start_pos_rev,
             start_pos_rev_mm=start_pos_rev_mm,
+            start_pos_rev_deg=start_pos_rev_deg,
             interval_rev=interval_rev,
             interval_rev_mm=interval_rev_mm,
+            interval_rev_deg=interval_rev_deg,
             num_pulses_rev=num_pulses_rev,
             pulse_width=pulse_width,
             pulse_width_us=pulse_width_us,
@@ -771,6 +795,7 @@ class WithEncCounter(Part):
         *,
         encoder_count: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the encoder counter.
@@ -785,6 +810,7 @@ class WithEncCounter(Part):
         :param encoder_count: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``encoder_count`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``encoder_count`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -793,13 +819,14 @@ class WithEncCounter(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        self._set(t.ENC_COUNTER, timeout, encoder_count=encoder_count, mm=mm)
+        self._set(t.ENC_COUNTER, timeout, encoder_count=encoder_count, mm=mm, deg=deg)
 
     def change_enc_counter(
         self,
         *,
         encoder_count: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.EncCounter:
         """Change the encoder counter.
@@ -816,6 +843,7 @@ class WithEncCounter(Part):
         :param encoder_count: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``encoder_count`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``encoder_count`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -827,7 +855,7 @@ class WithEncCounter(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._change(t.ENC_COUNTER, timeout, encoder_count=encoder_count, mm=mm)
+        return self._change(t.ENC_COUNTER, timeout, encoder_count=encoder_count, mm=mm, deg=deg)
 
 
 class WithPosCounter(Part):
@@ -856,6 +884,7 @@ class WithPosCounter(Part):
         *,
         position: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the position counter.
@@ -870,6 +899,7 @@ class WithPosCounter(Part):
         :param position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``position`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``position`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -878,13 +908,14 @@ class WithPosCounter(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        self._set(t.POS_COUNTER, timeout, position=position, mm=mm)
+        self._set(t.POS_COUNTER, timeout, position=position, mm=mm, deg=deg)
 
     def change_pos_counter(
         self,
         *,
         position: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.PosCounter:
         """Change the position counter.
@@ -901,6 +932,7 @@ class WithPosCounter(Part):
         :param position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``position`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``position`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -912,7 +944,7 @@ class WithPosCounter(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._change(t.POS_COUNTER, timeout, position=position, mm=mm)
+        return self._change(t.POS_COUNTER, timeout, position=position, mm=mm, deg=deg)
 
 
 class WithVelParams(Part):
@@ -941,10 +973,13 @@ class WithVelParams(Part):
         *,
         min_velocity: int | None = None,
         min_velocity_mm_per_s: Number | None = None,
+        min_velocity_deg_per_s: Number | None = None,
         acceleration: int | None = None,
         acceleration_mm_per_s2: Number | None = None,
+        acceleration_deg_per_s2: Number | None = None,
         max_velocity: int | None = None,
         max_velocity_mm_per_s: Number | None = None,
+        max_velocity_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the velocity parameters.
@@ -960,13 +995,16 @@ class WithVelParams(Part):
             on the stage; from -2147483648 to 2147483647; default 0.
         :param min_velocity_mm_per_s: ``min_velocity`` in mm/s; the scale depends on the stage and
             its controller.
+        :param min_velocity_deg_per_s: ``min_velocity`` in deg/s, for a rotary stage.
         :param acceleration: in counts; scale to mm/s^2 depends on the stage; from 0 to 4294967295.
         :param acceleration_mm_per_s2: ``acceleration`` in mm/s^2; the scale depends on the stage
             and its controller.
+        :param acceleration_deg_per_s2: ``acceleration`` in deg/s^2, for a rotary stage.
         :param max_velocity: Final velocity; in counts; scale to mm/s depends on the stage; from 0
             to 4294967295.
         :param max_velocity_mm_per_s: ``max_velocity`` in mm/s; the scale depends on the stage and
             its controller.
+        :param max_velocity_deg_per_s: ``max_velocity`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -980,10 +1018,13 @@ class WithVelParams(Part):
             timeout,
             min_velocity=min_velocity,
             min_velocity_mm_per_s=min_velocity_mm_per_s,
+            min_velocity_deg_per_s=min_velocity_deg_per_s,
             acceleration=acceleration,
             acceleration_mm_per_s2=acceleration_mm_per_s2,
+            acceleration_deg_per_s2=acceleration_deg_per_s2,
             max_velocity=max_velocity,
             max_velocity_mm_per_s=max_velocity_mm_per_s,
+            max_velocity_deg_per_s=max_velocity_deg_per_s,
         )
 
     def change_vel_params(
@@ -991,10 +1032,13 @@ class WithVelParams(Part):
         *,
         min_velocity: int | None = None,
         min_velocity_mm_per_s: Number | None = None,
+        min_velocity_deg_per_s: Number | None = None,
         acceleration: int | None = None,
         acceleration_mm_per_s2: Number | None = None,
+        acceleration_deg_per_s2: Number | None = None,
         max_velocity: int | None = None,
         max_velocity_mm_per_s: Number | None = None,
+        max_velocity_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> v.VelParams:
         """Change the velocity parameters.
@@ -1012,13 +1056,16 @@ class WithVelParams(Part):
             on the stage; from -2147483648 to 2147483647; default 0.
         :param min_velocity_mm_per_s: ``min_velocity`` in mm/s; the scale depends on the stage and
             its controller.
+        :param min_velocity_deg_per_s: ``min_velocity`` in deg/s, for a rotary stage.
         :param acceleration: in counts; scale to mm/s^2 depends on the stage; from 0 to 4294967295.
         :param acceleration_mm_per_s2: ``acceleration`` in mm/s^2; the scale depends on the stage
             and its controller.
+        :param acceleration_deg_per_s2: ``acceleration`` in deg/s^2, for a rotary stage.
         :param max_velocity: Final velocity; in counts; scale to mm/s depends on the stage; from 0
             to 4294967295.
         :param max_velocity_mm_per_s: ``max_velocity`` in mm/s; the scale depends on the stage and
             its controller.
+        :param max_velocity_deg_per_s: ``max_velocity`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -1035,10 +1082,13 @@ class WithVelParams(Part):
             timeout,
             min_velocity=min_velocity,
             min_velocity_mm_per_s=min_velocity_mm_per_s,
+            min_velocity_deg_per_s=min_velocity_deg_per_s,
             acceleration=acceleration,
             acceleration_mm_per_s2=acceleration_mm_per_s2,
+            acceleration_deg_per_s2=acceleration_deg_per_s2,
             max_velocity=max_velocity,
             max_velocity_mm_per_s=max_velocity_mm_per_s,
+            max_velocity_deg_per_s=max_velocity_deg_per_s,
         )
 
 
@@ -1068,12 +1118,16 @@ class WithJogParams(Part):
         jog_mode: e.JogMode | str | int,
         jog_step_size: int | None = None,
         step_size_mm: Number | None = None,
+        step_size_deg: Number | None = None,
         jog_min_velocity: int | None = None,
         min_velocity_mm_per_s: Number | None = None,
+        min_velocity_deg_per_s: Number | None = None,
         jog_acceleration: int | None = None,
         acceleration_mm_per_s2: Number | None = None,
+        acceleration_deg_per_s2: Number | None = None,
         jog_max_velocity: int | None = None,
         max_velocity_mm_per_s: Number | None = None,
+        max_velocity_deg_per_s: Number | None = None,
         jog_stop_mode: e.StopMode | str | int,
         timeout: float | None = None,
     ) -> None:
@@ -1090,18 +1144,22 @@ class WithJogParams(Part):
             on the stage; from -2147483648 to 2147483647.
         :param step_size_mm: ``jog_step_size`` in mm; the scale depends on the stage and its
             controller.
+        :param step_size_deg: ``jog_step_size`` in deg, for a rotary stage.
         :param jog_min_velocity: start velocity; currently always zero; in counts; scale to mm/s
             depends on the stage; from -2147483648 to 2147483647; default 0.
         :param min_velocity_mm_per_s: ``jog_min_velocity`` in mm/s; the scale depends on the stage
             and its controller.
+        :param min_velocity_deg_per_s: ``jog_min_velocity`` in deg/s, for a rotary stage.
         :param jog_acceleration: in counts; scale to mm/s^2 depends on the stage; from -2147483648
             to 2147483647.
         :param acceleration_mm_per_s2: ``jog_acceleration`` in mm/s^2; the scale depends on the
             stage and its controller.
+        :param acceleration_deg_per_s2: ``jog_acceleration`` in deg/s^2, for a rotary stage.
         :param jog_max_velocity: final velocity; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param max_velocity_mm_per_s: ``jog_max_velocity`` in mm/s; the scale depends on the stage
             and its controller.
+        :param max_velocity_deg_per_s: ``jog_max_velocity`` in deg/s, for a rotary stage.
         :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
@@ -1117,12 +1175,16 @@ class WithJogParams(Part):
             jog_mode=jog_mode,
             jog_step_size=jog_step_size,
             step_size_mm=step_size_mm,
+            step_size_deg=step_size_deg,
             jog_min_velocity=jog_min_velocity,
             min_velocity_mm_per_s=min_velocity_mm_per_s,
+            min_velocity_deg_per_s=min_velocity_deg_per_s,
             jog_acceleration=jog_acceleration,
             acceleration_mm_per_s2=acceleration_mm_per_s2,
+            acceleration_deg_per_s2=acceleration_deg_per_s2,
             jog_max_velocity=jog_max_velocity,
             max_velocity_mm_per_s=max_velocity_mm_per_s,
+            max_velocity_deg_per_s=max_velocity_deg_per_s,
             jog_stop_mode=jog_stop_mode,
         )
 
@@ -1132,12 +1194,16 @@ class WithJogParams(Part):
         jog_mode: e.JogMode | str | int | None = None,
         jog_step_size: int | None = None,
         step_size_mm: Number | None = None,
+        step_size_deg: Number | None = None,
         jog_min_velocity: int | None = None,
         min_velocity_mm_per_s: Number | None = None,
+        min_velocity_deg_per_s: Number | None = None,
         jog_acceleration: int | None = None,
         acceleration_mm_per_s2: Number | None = None,
+        acceleration_deg_per_s2: Number | None = None,
         jog_max_velocity: int | None = None,
         max_velocity_mm_per_s: Number | None = None,
+        max_velocity_deg_per_s: Number | None = None,
         jog_stop_mode: e.StopMode | str | int | None = None,
         timeout: float | None = None,
     ) -> v.JogParams:
@@ -1156,18 +1222,22 @@ class WithJogParams(Part):
             on the stage; from -2147483648 to 2147483647.
         :param step_size_mm: ``jog_step_size`` in mm; the scale depends on the stage and its
             controller.
+        :param step_size_deg: ``jog_step_size`` in deg, for a rotary stage.
         :param jog_min_velocity: start velocity; currently always zero; in counts; scale to mm/s
             depends on the stage; from -2147483648 to 2147483647; default 0.
         :param min_velocity_mm_per_s: ``jog_min_velocity`` in mm/s; the scale depends on the stage
             and its controller.
+        :param min_velocity_deg_per_s: ``jog_min_velocity`` in deg/s, for a rotary stage.
         :param jog_acceleration: in counts; scale to mm/s^2 depends on the stage; from -2147483648
             to 2147483647.
         :param acceleration_mm_per_s2: ``jog_acceleration`` in mm/s^2; the scale depends on the
             stage and its controller.
+        :param acceleration_deg_per_s2: ``jog_acceleration`` in deg/s^2, for a rotary stage.
         :param jog_max_velocity: final velocity; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param max_velocity_mm_per_s: ``jog_max_velocity`` in mm/s; the scale depends on the stage
             and its controller.
+        :param max_velocity_deg_per_s: ``jog_max_velocity`` in deg/s, for a rotary stage.
         :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
@@ -1186,12 +1256,16 @@ class WithJogParams(Part):
             jog_mode=jog_mode,
             jog_step_size=jog_step_size,
             step_size_mm=step_size_mm,
+            step_size_deg=step_size_deg,
             jog_min_velocity=jog_min_velocity,
             min_velocity_mm_per_s=min_velocity_mm_per_s,
+            min_velocity_deg_per_s=min_velocity_deg_per_s,
             jog_acceleration=jog_acceleration,
             acceleration_mm_per_s2=acceleration_mm_per_s2,
+            acceleration_deg_per_s2=acceleration_deg_per_s2,
             jog_max_velocity=jog_max_velocity,
             max_velocity_mm_per_s=max_velocity_mm_per_s,
+            max_velocity_deg_per_s=max_velocity_deg_per_s,
             jog_stop_mode=jog_stop_mode,
         )
 
@@ -1225,8 +1299,10 @@ class WithLimSwitchParams(Part):
         ccw_hard_limit: e.HardLimit | str | int,
         cw_soft_limit: int | None = None,
         cw_soft_limit_mm: Number | None = None,
+        cw_soft_limit_deg: Number | None = None,
         ccw_soft_limit: int | None = None,
         ccw_soft_limit_mm: Number | None = None,
+        ccw_soft_limit_deg: Number | None = None,
         software_limit_mode: e.SoftwareLimitMode | str | int,
         timeout: float | None = None,
     ) -> None:
@@ -1250,10 +1326,12 @@ class WithLimSwitchParams(Part):
             4294967295.
         :param cw_soft_limit_mm: ``cw_soft_limit`` in mm; the scale depends on the stage and its
             controller.
+        :param cw_soft_limit_deg: ``cw_soft_limit`` in deg, for a rotary stage.
         :param ccw_soft_limit: counterclockwise limit; same scale as the clockwise one; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param ccw_soft_limit_mm: ``ccw_soft_limit`` in mm; the scale depends on the stage and its
             controller.
+        :param ccw_soft_limit_deg: ``ccw_soft_limit`` in deg, for a rotary stage.
         :param software_limit_mode: may include the ROTATION_STAGE bit;
             :class:`~.SoftwareLimitMode`: IGNORE (1), STOP_IMMEDIATE (2), STOP_PROFILED (3);
             ROTATION_STAGE (0x80) may be added with ``|``.
@@ -1272,8 +1350,10 @@ class WithLimSwitchParams(Part):
             ccw_hard_limit=ccw_hard_limit,
             cw_soft_limit=cw_soft_limit,
             cw_soft_limit_mm=cw_soft_limit_mm,
+            cw_soft_limit_deg=cw_soft_limit_deg,
             ccw_soft_limit=ccw_soft_limit,
             ccw_soft_limit_mm=ccw_soft_limit_mm,
+            ccw_soft_limit_deg=ccw_soft_limit_deg,
             software_limit_mode=software_limit_mode,
         )
 
@@ -1284,8 +1364,10 @@ class WithLimSwitchParams(Part):
         ccw_hard_limit: e.HardLimit | str | int | None = None,
         cw_soft_limit: int | None = None,
         cw_soft_limit_mm: Number | None = None,
+        cw_soft_limit_deg: Number | None = None,
         ccw_soft_limit: int | None = None,
         ccw_soft_limit_mm: Number | None = None,
+        ccw_soft_limit_deg: Number | None = None,
         software_limit_mode: e.SoftwareLimitMode | str | int | None = None,
         timeout: float | None = None,
     ) -> v.LimSwitchParams:
@@ -1311,10 +1393,12 @@ class WithLimSwitchParams(Part):
             4294967295.
         :param cw_soft_limit_mm: ``cw_soft_limit`` in mm; the scale depends on the stage and its
             controller.
+        :param cw_soft_limit_deg: ``cw_soft_limit`` in deg, for a rotary stage.
         :param ccw_soft_limit: counterclockwise limit; same scale as the clockwise one; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param ccw_soft_limit_mm: ``ccw_soft_limit`` in mm; the scale depends on the stage and its
             controller.
+        :param ccw_soft_limit_deg: ``ccw_soft_limit`` in deg, for a rotary stage.
         :param software_limit_mode: may include the ROTATION_STAGE bit;
             :class:`~.SoftwareLimitMode`: IGNORE (1), STOP_IMMEDIATE (2), STOP_PROFILED (3);
             ROTATION_STAGE (0x80) may be added with ``|``.
@@ -1336,8 +1420,10 @@ class WithLimSwitchParams(Part):
             ccw_hard_limit=ccw_hard_limit,
             cw_soft_limit=cw_soft_limit,
             cw_soft_limit_mm=cw_soft_limit_mm,
+            cw_soft_limit_deg=cw_soft_limit_deg,
             ccw_soft_limit=ccw_soft_limit,
             ccw_soft_limit_mm=ccw_soft_limit_mm,
+            ccw_soft_limit_deg=ccw_soft_limit_deg,
             software_limit_mode=software_limit_mode,
         )
 
@@ -1527,6 +1613,7 @@ class WithGenMoveParams(Part):
         *,
         backlash_distance: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the general move parameters.
@@ -1539,6 +1626,7 @@ class WithGenMoveParams(Part):
         :param backlash_distance: relative distance of the backlash correction; in counts; scale to
             mm depends on the stage; from -2147483648 to 2147483647.
         :param mm: ``backlash_distance`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``backlash_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1547,13 +1635,14 @@ class WithGenMoveParams(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        self._set(t.GEN_MOVE_PARAMS, timeout, backlash_distance=backlash_distance, mm=mm)
+        self._set(t.GEN_MOVE_PARAMS, timeout, backlash_distance=backlash_distance, mm=mm, deg=deg)
 
     def change_gen_move_params(
         self,
         *,
         backlash_distance: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.GenMoveParams:
         """Change the general move parameters.
@@ -1568,6 +1657,7 @@ class WithGenMoveParams(Part):
         :param backlash_distance: relative distance of the backlash correction; in counts; scale to
             mm depends on the stage; from -2147483648 to 2147483647.
         :param mm: ``backlash_distance`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``backlash_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -1579,7 +1669,13 @@ class WithGenMoveParams(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._change(t.GEN_MOVE_PARAMS, timeout, backlash_distance=backlash_distance, mm=mm)
+        return self._change(
+            t.GEN_MOVE_PARAMS,
+            timeout,
+            backlash_distance=backlash_distance,
+            mm=mm,
+            deg=deg,
+        )
 
 
 class WithHomeParams(Part):
@@ -1609,8 +1705,10 @@ class WithHomeParams(Part):
         limit_switch: e.HomeLimitSwitch | str | int,
         home_velocity: int | None = None,
         velocity_mm_per_s: Number | None = None,
+        velocity_deg_per_s: Number | None = None,
         offset_distance: int | None = None,
         offset_distance_mm: Number | None = None,
+        offset_distance_deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the homing parameters.
@@ -1632,10 +1730,12 @@ class WithHomeParams(Part):
         :param home_velocity: in counts; scale to mm/s depends on the stage; from 0 to 4294967295.
         :param velocity_mm_per_s: ``home_velocity`` in mm/s; the scale depends on the stage and its
             controller.
+        :param velocity_deg_per_s: ``home_velocity`` in deg/s, for a rotary stage.
         :param offset_distance: distance of the home position from the limit switch; not used for
             the MLS203; in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param offset_distance_mm: ``offset_distance`` in mm; the scale depends on the stage and its
             controller.
+        :param offset_distance_deg: ``offset_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1651,8 +1751,10 @@ class WithHomeParams(Part):
             limit_switch=limit_switch,
             home_velocity=home_velocity,
             velocity_mm_per_s=velocity_mm_per_s,
+            velocity_deg_per_s=velocity_deg_per_s,
             offset_distance=offset_distance,
             offset_distance_mm=offset_distance_mm,
+            offset_distance_deg=offset_distance_deg,
         )
 
     def change_home_params(
@@ -1662,8 +1764,10 @@ class WithHomeParams(Part):
         limit_switch: e.HomeLimitSwitch | str | int | None = None,
         home_velocity: int | None = None,
         velocity_mm_per_s: Number | None = None,
+        velocity_deg_per_s: Number | None = None,
         offset_distance: int | None = None,
         offset_distance_mm: Number | None = None,
+        offset_distance_deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.HomeParams:
         """Change the homing parameters.
@@ -1686,10 +1790,12 @@ class WithHomeParams(Part):
         :param home_velocity: in counts; scale to mm/s depends on the stage; from 0 to 4294967295.
         :param velocity_mm_per_s: ``home_velocity`` in mm/s; the scale depends on the stage and its
             controller.
+        :param velocity_deg_per_s: ``home_velocity`` in deg/s, for a rotary stage.
         :param offset_distance: distance of the home position from the limit switch; not used for
             the MLS203; in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param offset_distance_mm: ``offset_distance`` in mm; the scale depends on the stage and its
             controller.
+        :param offset_distance_deg: ``offset_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -1708,8 +1814,10 @@ class WithHomeParams(Part):
             limit_switch=limit_switch,
             home_velocity=home_velocity,
             velocity_mm_per_s=velocity_mm_per_s,
+            velocity_deg_per_s=velocity_deg_per_s,
             offset_distance=offset_distance,
             offset_distance_mm=offset_distance_mm,
+            offset_distance_deg=offset_distance_deg,
         )
 
 
@@ -1779,6 +1887,7 @@ class WithMoveRelParams(Part):
         *,
         relative_distance: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the stored relative distance.
@@ -1791,6 +1900,7 @@ class WithMoveRelParams(Part):
         :param relative_distance: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``relative_distance`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``relative_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1799,13 +1909,14 @@ class WithMoveRelParams(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        self._set(t.MOVE_REL_PARAMS, timeout, relative_distance=relative_distance, mm=mm)
+        self._set(t.MOVE_REL_PARAMS, timeout, relative_distance=relative_distance, mm=mm, deg=deg)
 
     def change_move_rel_params(
         self,
         *,
         relative_distance: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.MoveRelParams:
         """Change the stored relative distance.
@@ -1820,6 +1931,7 @@ class WithMoveRelParams(Part):
         :param relative_distance: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``relative_distance`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``relative_distance`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -1831,7 +1943,13 @@ class WithMoveRelParams(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._change(t.MOVE_REL_PARAMS, timeout, relative_distance=relative_distance, mm=mm)
+        return self._change(
+            t.MOVE_REL_PARAMS,
+            timeout,
+            relative_distance=relative_distance,
+            mm=mm,
+            deg=deg,
+        )
 
 
 class CanMoveRelative(Part):
@@ -1845,6 +1963,7 @@ class CanMoveRelative(Part):
         *,
         counts: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> MotionEnd:
         """Move by a distance.
@@ -1856,6 +1975,7 @@ class CanMoveRelative(Part):
 
         :param counts: in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``counts`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1871,9 +1991,15 @@ class CanMoveRelative(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._act(t.MOVE_RELATIVE, timeout, counts=counts, mm=mm)
+        return self._act(t.MOVE_RELATIVE, timeout, counts=counts, mm=mm, deg=deg)
 
-    def start_move_relative(self, *, counts: int | None = None, mm: Number | None = None) -> Motion:
+    def start_move_relative(
+        self,
+        *,
+        counts: int | None = None,
+        mm: Number | None = None,
+        deg: Number | None = None,
+    ) -> Motion:
         """Move by a distance without waiting for the end.
 
         Starts a move by a distance. The short form uses the stored distance; the long form carries
@@ -1883,6 +2009,7 @@ class CanMoveRelative(Part):
 
         :param counts: in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``counts`` in deg, for a rotary stage.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
         :raises BadValueError: if a value has the wrong type; nothing is sent.
@@ -1892,7 +2019,7 @@ class CanMoveRelative(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._start(t.MOVE_RELATIVE, counts=counts, mm=mm)
+        return self._start(t.MOVE_RELATIVE, counts=counts, mm=mm, deg=deg)
 
     def move_relative_stored(self, *, timeout: float | None = None) -> MotionEnd:
         """Move by a distance that the controller has stored.
@@ -1960,6 +2087,7 @@ class WithMoveAbsParams(Part):
         *,
         absolute_position: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the stored absolute position.
@@ -1972,6 +2100,7 @@ class WithMoveAbsParams(Part):
         :param absolute_position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``absolute_position`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``absolute_position`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1980,13 +2109,14 @@ class WithMoveAbsParams(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        self._set(t.MOVE_ABS_PARAMS, timeout, absolute_position=absolute_position, mm=mm)
+        self._set(t.MOVE_ABS_PARAMS, timeout, absolute_position=absolute_position, mm=mm, deg=deg)
 
     def change_move_abs_params(
         self,
         *,
         absolute_position: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.MoveAbsParams:
         """Change the stored absolute position.
@@ -2001,6 +2131,7 @@ class WithMoveAbsParams(Part):
         :param absolute_position: in counts; scale to mm depends on the stage; from -2147483648 to
             2147483647.
         :param mm: ``absolute_position`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``absolute_position`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -2012,7 +2143,13 @@ class WithMoveAbsParams(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._change(t.MOVE_ABS_PARAMS, timeout, absolute_position=absolute_position, mm=mm)
+        return self._change(
+            t.MOVE_ABS_PARAMS,
+            timeout,
+            absolute_position=absolute_position,
+            mm=mm,
+            deg=deg,
+        )
 
 
 class CanMoveAbsolute(Part):
@@ -2026,6 +2163,7 @@ class CanMoveAbsolute(Part):
         *,
         counts: int | None = None,
         mm: Number | None = None,
+        deg: Number | None = None,
         timeout: float | None = None,
     ) -> MotionEnd:
         """Move to a position.
@@ -2038,6 +2176,7 @@ class CanMoveAbsolute(Part):
         :param counts: the position to move to; in counts; scale to mm depends on the stage; from
             -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``counts`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -2053,9 +2192,15 @@ class CanMoveAbsolute(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, mm=mm)
+        return self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, mm=mm, deg=deg)
 
-    def start_move_absolute(self, *, counts: int | None = None, mm: Number | None = None) -> Motion:
+    def start_move_absolute(
+        self,
+        *,
+        counts: int | None = None,
+        mm: Number | None = None,
+        deg: Number | None = None,
+    ) -> Motion:
         """Move to a position without waiting for the end.
 
         Starts a move to a position. The short form uses the stored position; the long form carries
@@ -2066,6 +2211,7 @@ class CanMoveAbsolute(Part):
         :param counts: the position to move to; in counts; scale to mm depends on the stage; from
             -2147483648 to 2147483647.
         :param mm: ``counts`` in mm; the scale depends on the stage and its controller.
+        :param deg: ``counts`` in deg, for a rotary stage.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
         :raises BadValueError: if a value has the wrong type; nothing is sent.
@@ -2075,7 +2221,7 @@ class CanMoveAbsolute(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._start(t.MOVE_ABSOLUTE, counts=counts, mm=mm)
+        return self._start(t.MOVE_ABSOLUTE, counts=counts, mm=mm, deg=deg)
 
     def move_absolute_stored(self, *, timeout: float | None = None) -> MotionEnd:
         """Move to a position that the controller has stored.
@@ -2537,15 +2683,19 @@ class WithPotParams(Part):
         zero_wnd: int,
         vel1: int | None = None,
         vel1_mm_per_s: Number | None = None,
+        vel1_deg_per_s: Number | None = None,
         wnd1: int,
         vel2: int | None = None,
         vel2_mm_per_s: Number | None = None,
+        vel2_deg_per_s: Number | None = None,
         wnd2: int,
         vel3: int | None = None,
         vel3_mm_per_s: Number | None = None,
+        vel3_deg_per_s: Number | None = None,
         wnd3: int,
         vel4: int | None = None,
         vel4_mm_per_s: Number | None = None,
+        vel4_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the potentiometer parameters.
@@ -2562,18 +2712,22 @@ class WithPotParams(Part):
         :param vel1: speed from zero_wnd to wnd1; in counts; scale to mm/s depends on the stage;
             from -2147483648 to 2147483647.
         :param vel1_mm_per_s: ``vel1`` in mm/s; the scale depends on the stage and its controller.
+        :param vel1_deg_per_s: ``vel1`` in deg/s, for a rotary stage.
         :param wnd1: deflection where vel1 ends; above zero_wnd; from 0 to 127.
         :param vel2: speed from wnd1 to wnd2; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel2_mm_per_s: ``vel2`` in mm/s; the scale depends on the stage and its controller.
+        :param vel2_deg_per_s: ``vel2`` in deg/s, for a rotary stage.
         :param wnd2: deflection where vel2 ends; above wnd1; from 0 to 127.
         :param vel3: speed from wnd2 to wnd3; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel3_mm_per_s: ``vel3`` in mm/s; the scale depends on the stage and its controller.
+        :param vel3_deg_per_s: ``vel3`` in deg/s, for a rotary stage.
         :param wnd3: deflection where vel3 ends; above wnd2; from 0 to 127.
         :param vel4: speed beyond wnd3; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel4_mm_per_s: ``vel4`` in mm/s; the scale depends on the stage and its controller.
+        :param vel4_deg_per_s: ``vel4`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -2588,15 +2742,19 @@ class WithPotParams(Part):
             zero_wnd=zero_wnd,
             vel1=vel1,
             vel1_mm_per_s=vel1_mm_per_s,
+            vel1_deg_per_s=vel1_deg_per_s,
             wnd1=wnd1,
             vel2=vel2,
             vel2_mm_per_s=vel2_mm_per_s,
+            vel2_deg_per_s=vel2_deg_per_s,
             wnd2=wnd2,
             vel3=vel3,
             vel3_mm_per_s=vel3_mm_per_s,
+            vel3_deg_per_s=vel3_deg_per_s,
             wnd3=wnd3,
             vel4=vel4,
             vel4_mm_per_s=vel4_mm_per_s,
+            vel4_deg_per_s=vel4_deg_per_s,
         )
 
     def change_pot_params(
@@ -2605,15 +2763,19 @@ class WithPotParams(Part):
         zero_wnd: int | None = None,
         vel1: int | None = None,
         vel1_mm_per_s: Number | None = None,
+        vel1_deg_per_s: Number | None = None,
         wnd1: int | None = None,
         vel2: int | None = None,
         vel2_mm_per_s: Number | None = None,
+        vel2_deg_per_s: Number | None = None,
         wnd2: int | None = None,
         vel3: int | None = None,
         vel3_mm_per_s: Number | None = None,
+        vel3_deg_per_s: Number | None = None,
         wnd3: int | None = None,
         vel4: int | None = None,
         vel4_mm_per_s: Number | None = None,
+        vel4_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> v.PotParams:
         """Change the potentiometer parameters.
@@ -2633,18 +2795,22 @@ class WithPotParams(Part):
         :param vel1: speed from zero_wnd to wnd1; in counts; scale to mm/s depends on the stage;
             from -2147483648 to 2147483647.
         :param vel1_mm_per_s: ``vel1`` in mm/s; the scale depends on the stage and its controller.
+        :param vel1_deg_per_s: ``vel1`` in deg/s, for a rotary stage.
         :param wnd1: deflection where vel1 ends; above zero_wnd; from 0 to 127.
         :param vel2: speed from wnd1 to wnd2; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel2_mm_per_s: ``vel2`` in mm/s; the scale depends on the stage and its controller.
+        :param vel2_deg_per_s: ``vel2`` in deg/s, for a rotary stage.
         :param wnd2: deflection where vel2 ends; above wnd1; from 0 to 127.
         :param vel3: speed from wnd2 to wnd3; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel3_mm_per_s: ``vel3`` in mm/s; the scale depends on the stage and its controller.
+        :param vel3_deg_per_s: ``vel3`` in deg/s, for a rotary stage.
         :param wnd3: deflection where vel3 ends; above wnd2; from 0 to 127.
         :param vel4: speed beyond wnd3; in counts; scale to mm/s depends on the stage; from
             -2147483648 to 2147483647.
         :param vel4_mm_per_s: ``vel4`` in mm/s; the scale depends on the stage and its controller.
+        :param vel4_deg_per_s: ``vel4`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -2662,15 +2828,19 @@ class WithPotParams(Part):
             zero_wnd=zero_wnd,
             vel1=vel1,
             vel1_mm_per_s=vel1_mm_per_s,
+            vel1_deg_per_s=vel1_deg_per_s,
             wnd1=wnd1,
             vel2=vel2,
             vel2_mm_per_s=vel2_mm_per_s,
+            vel2_deg_per_s=vel2_deg_per_s,
             wnd2=wnd2,
             vel3=vel3,
             vel3_mm_per_s=vel3_mm_per_s,
+            vel3_deg_per_s=vel3_deg_per_s,
             wnd3=wnd3,
             vel4=vel4,
             vel4_mm_per_s=vel4_mm_per_s,
+            vel4_deg_per_s=vel4_deg_per_s,
         )
 
 
@@ -2775,8 +2945,10 @@ class WithButtonParams(Part):
         mode: e.ButtonMode | str | int,
         position1: int | None = None,
         position1_mm: Number | None = None,
+        position1_deg: Number | None = None,
         position2: int | None = None,
         position2_mm: Number | None = None,
+        position2_deg: Number | None = None,
         time_out: int | None = None,
         time_out_ms: Number | None = None,
         timeout: float | None = None,
@@ -2791,9 +2963,11 @@ class WithButtonParams(Part):
         :param position1: position of the top button; only in GO_TO_POSITION mode; in counts; scale
             to mm depends on the stage; from -2147483648 to 2147483647.
         :param position1_mm: ``position1`` in mm; the scale depends on the stage and its controller.
+        :param position1_deg: ``position1`` in deg, for a rotary stage.
         :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param position2_mm: ``position2`` in mm; the scale depends on the stage and its controller.
+        :param position2_deg: ``position2`` in deg, for a rotary stage.
         :param time_out: TimeOut1 in Issue 37: how long button 1 must be held to home, together with
             button 2, or to store the present position; applies in either mode. Page 100 says that
             it is not for the TDC001. In counts of 1 ms; from 0 to 65535.
@@ -2812,8 +2986,10 @@ class WithButtonParams(Part):
             mode=mode,
             position1=position1,
             position1_mm=position1_mm,
+            position1_deg=position1_deg,
             position2=position2,
             position2_mm=position2_mm,
+            position2_deg=position2_deg,
             time_out=time_out,
             time_out_ms=time_out_ms,
         )
@@ -2824,8 +3000,10 @@ class WithButtonParams(Part):
         mode: e.ButtonMode | str | int | None = None,
         position1: int | None = None,
         position1_mm: Number | None = None,
+        position1_deg: Number | None = None,
         position2: int | None = None,
         position2_mm: Number | None = None,
+        position2_deg: Number | None = None,
         time_out: int | None = None,
         time_out_ms: Number | None = None,
         timeout: float | None = None,
@@ -2842,9 +3020,11 @@ class WithButtonParams(Part):
         :param position1: position of the top button; only in GO_TO_POSITION mode; in counts; scale
             to mm depends on the stage; from -2147483648 to 2147483647.
         :param position1_mm: ``position1`` in mm; the scale depends on the stage and its controller.
+        :param position1_deg: ``position1`` in deg, for a rotary stage.
         :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param position2_mm: ``position2`` in mm; the scale depends on the stage and its controller.
+        :param position2_deg: ``position2`` in deg, for a rotary stage.
         :param time_out: TimeOut1 in Issue 37: how long button 1 must be held to home, together with
             button 2, or to store the present position; applies in either mode. Page 100 says that
             it is not for the TDC001. In counts of 1 ms; from 0 to 65535.
@@ -2866,8 +3046,10 @@ class WithButtonParams(Part):
             mode=mode,
             position1=position1,
             position1_mm=position1_mm,
+            position1_deg=position1_deg,
             position2=position2,
             position2_mm=position2_mm,
+            position2_deg=position2_deg,
             time_out=time_out,
             time_out_ms=time_out_ms,
         )
@@ -3063,6 +3245,7 @@ class WithPmdPositionLoopParams(Part):
         kaff_pos: int,
         pos_err_lim: int | None = None,
         pos_err_lim_mm: Number | None = None,
+        pos_err_lim_deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the position loop parameters.
@@ -3092,6 +3275,7 @@ class WithPmdPositionLoopParams(Part):
             counts; scale to mm depends on the stage; from 0 to 2147483647.
         :param pos_err_lim_mm: ``pos_err_lim`` in mm; the scale depends on the stage and its
             controller.
+        :param pos_err_lim_deg: ``pos_err_lim`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -3115,6 +3299,7 @@ class WithPmdPositionLoopParams(Part):
             kaff_pos=kaff_pos,
             pos_err_lim=pos_err_lim,
             pos_err_lim_mm=pos_err_lim_mm,
+            pos_err_lim_deg=pos_err_lim_deg,
         )
 
     def change_pmd_position_loop_params(
@@ -3132,6 +3317,7 @@ class WithPmdPositionLoopParams(Part):
         kaff_pos: int | None = None,
         pos_err_lim: int | None = None,
         pos_err_lim_mm: Number | None = None,
+        pos_err_lim_deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.PmdPositionLoopParams:
         """Change the position loop parameters.
@@ -3163,6 +3349,7 @@ class WithPmdPositionLoopParams(Part):
             counts; scale to mm depends on the stage; from 0 to 2147483647.
         :param pos_err_lim_mm: ``pos_err_lim`` in mm; the scale depends on the stage and its
             controller.
+        :param pos_err_lim_deg: ``pos_err_lim`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -3189,6 +3376,7 @@ class WithPmdPositionLoopParams(Part):
             kaff_pos=kaff_pos,
             pos_err_lim=pos_err_lim,
             pos_err_lim_mm=pos_err_lim_mm,
+            pos_err_lim_deg=pos_err_lim_deg,
         )
 
 
@@ -3370,8 +3558,10 @@ class WithPmdTrackSettleParams(Part):
         time_us: Number | None = None,
         settle_window: int | None = None,
         settle_window_mm: Number | None = None,
+        settle_window_deg: Number | None = None,
         track_window: int | None = None,
         track_window_mm: Number | None = None,
+        track_window_deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the tracking and settling parameters.
@@ -3389,10 +3579,12 @@ class WithPmdTrackSettleParams(Part):
             on the stage; from 0 to 65535.
         :param settle_window_mm: ``settle_window`` in mm; the scale depends on the stage and its
             controller.
+        :param settle_window_deg: ``settle_window`` in deg, for a rotary stage.
         :param track_window: Position error beyond which the tracking bit is cleared; the axis is
             not stopped; in counts; scale to mm depends on the stage; from 0 to 65535.
         :param track_window_mm: ``track_window`` in mm; the scale depends on the stage and its
             controller.
+        :param track_window_deg: ``track_window`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -3408,8 +3600,10 @@ class WithPmdTrackSettleParams(Part):
             time_us=time_us,
             settle_window=settle_window,
             settle_window_mm=settle_window_mm,
+            settle_window_deg=settle_window_deg,
             track_window=track_window,
             track_window_mm=track_window_mm,
+            track_window_deg=track_window_deg,
         )
 
     def change_pmd_track_settle_params(
@@ -3419,8 +3613,10 @@ class WithPmdTrackSettleParams(Part):
         time_us: Number | None = None,
         settle_window: int | None = None,
         settle_window_mm: Number | None = None,
+        settle_window_deg: Number | None = None,
         track_window: int | None = None,
         track_window_mm: Number | None = None,
+        track_window_deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.PmdTrackSettleParams:
         """Change the tracking and settling parameters.
@@ -3441,10 +3637,12 @@ class WithPmdTrackSettleParams(Part):
             on the stage; from 0 to 65535.
         :param settle_window_mm: ``settle_window`` in mm; the scale depends on the stage and its
             controller.
+        :param settle_window_deg: ``settle_window`` in deg, for a rotary stage.
         :param track_window: Position error beyond which the tracking bit is cleared; the axis is
             not stopped; in counts; scale to mm depends on the stage; from 0 to 65535.
         :param track_window_mm: ``track_window`` in mm; the scale depends on the stage and its
             controller.
+        :param track_window_deg: ``track_window`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -3463,8 +3661,10 @@ class WithPmdTrackSettleParams(Part):
             time_us=time_us,
             settle_window=settle_window,
             settle_window_mm=settle_window_mm,
+            settle_window_deg=settle_window_deg,
             track_window=track_window,
             track_window_mm=track_window_mm,
+            track_window_deg=track_window_deg,
         )
 
 
@@ -3499,6 +3699,7 @@ class WithPmdProfileModeParams(Part):
         mode: e.ProfileMode | str | int,
         jerk: int | None = None,
         mm_per_s3: Number | None = None,
+        deg_per_s3: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the profile mode parameters.
@@ -3512,6 +3713,7 @@ class WithPmdProfileModeParams(Part):
         :param jerk: limit on the change of acceleration; S_CURVE only; in counts; scale to mm/s^3
             depends on the stage; from 0 to 4294967295.
         :param mm_per_s3: ``jerk`` in mm/s^3; the scale depends on the stage and its controller.
+        :param deg_per_s3: ``jerk`` in deg/s^3, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -3520,7 +3722,14 @@ class WithPmdProfileModeParams(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        self._set(t.PMD_PROFILE_MODE_PARAMS, timeout, mode=mode, jerk=jerk, mm_per_s3=mm_per_s3)
+        self._set(
+            t.PMD_PROFILE_MODE_PARAMS,
+            timeout,
+            mode=mode,
+            jerk=jerk,
+            mm_per_s3=mm_per_s3,
+            deg_per_s3=deg_per_s3,
+        )
 
     def change_pmd_profile_mode_params(
         self,
@@ -3528,6 +3737,7 @@ class WithPmdProfileModeParams(Part):
         mode: e.ProfileMode | str | int | None = None,
         jerk: int | None = None,
         mm_per_s3: Number | None = None,
+        deg_per_s3: Number | None = None,
         timeout: float | None = None,
     ) -> v.PmdProfileModeParams:
         """Change the profile mode parameters.
@@ -3543,6 +3753,7 @@ class WithPmdProfileModeParams(Part):
         :param jerk: limit on the change of acceleration; S_CURVE only; in counts; scale to mm/s^3
             depends on the stage; from 0 to 4294967295.
         :param mm_per_s3: ``jerk`` in mm/s^3; the scale depends on the stage and its controller.
+        :param deg_per_s3: ``jerk`` in deg/s^3, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -3560,6 +3771,7 @@ class WithPmdProfileModeParams(Part):
             mode=mode,
             jerk=jerk,
             mm_per_s3=mm_per_s3,
+            deg_per_s3=deg_per_s3,
         )
 
 
@@ -3590,12 +3802,16 @@ class WithJoystickParams(Part):
         *,
         js_gear_low_max_vel: int | None = None,
         js_gear_low_max_vel_mm_per_s: Number | None = None,
+        js_gear_low_max_vel_deg_per_s: Number | None = None,
         js_gear_high_max_vel: int | None = None,
         js_gear_high_max_vel_mm_per_s: Number | None = None,
+        js_gear_high_max_vel_deg_per_s: Number | None = None,
         js_gear_low_accn: int | None = None,
         js_gear_low_accn_mm_per_s2: Number | None = None,
+        js_gear_low_accn_deg_per_s2: Number | None = None,
         js_gear_high_accn: int | None = None,
         js_gear_high_accn_mm_per_s2: Number | None = None,
+        js_gear_high_accn_deg_per_s2: Number | None = None,
         dir_sense: e.DirectionSense | str | int,
         timeout: float | None = None,
     ) -> None:
@@ -3612,18 +3828,23 @@ class WithJoystickParams(Part):
             range of a dword. In counts; scale to mm/s depends on the stage; from 0 to 4294967295.
         :param js_gear_low_max_vel_mm_per_s: ``js_gear_low_max_vel`` in mm/s; the scale depends on
             the stage and its controller.
+        :param js_gear_low_max_vel_deg_per_s: ``js_gear_low_max_vel`` in deg/s, for a rotary stage.
         :param js_gear_high_max_vel: maximum velocity in high gear; in counts; scale to mm/s depends
             on the stage; from 0 to 4294967295.
         :param js_gear_high_max_vel_mm_per_s: ``js_gear_high_max_vel`` in mm/s; the scale depends on
             the stage and its controller.
+        :param js_gear_high_max_vel_deg_per_s: ``js_gear_high_max_vel`` in deg/s, for a rotary
+            stage.
         :param js_gear_low_accn: acceleration in low gear; in counts; scale to mm/s^2 depends on the
             stage; from 0 to 4294967295.
         :param js_gear_low_accn_mm_per_s2: ``js_gear_low_accn`` in mm/s^2; the scale depends on the
             stage and its controller.
+        :param js_gear_low_accn_deg_per_s2: ``js_gear_low_accn`` in deg/s^2, for a rotary stage.
         :param js_gear_high_accn: acceleration in high gear; in counts; scale to mm/s^2 depends on
             the stage; from 0 to 4294967295.
         :param js_gear_high_accn_mm_per_s2: ``js_gear_high_accn`` in mm/s^2; the scale depends on
             the stage and its controller.
+        :param js_gear_high_accn_deg_per_s2: ``js_gear_high_accn`` in deg/s^2, for a rotary stage.
         :param dir_sense: :class:`~.DirectionSense`: DIRSENSE_POS (1), DIRSENSE_NEG (2).
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
@@ -3638,12 +3859,16 @@ class WithJoystickParams(Part):
             timeout,
             js_gear_low_max_vel=js_gear_low_max_vel,
             js_gear_low_max_vel_mm_per_s=js_gear_low_max_vel_mm_per_s,
+            js_gear_low_max_vel_deg_per_s=js_gear_low_max_vel_deg_per_s,
             js_gear_high_max_vel=js_gear_high_max_vel,
             js_gear_high_max_vel_mm_per_s=js_gear_high_max_vel_mm_per_s,
+            js_gear_high_max_vel_deg_per_s=js_gear_high_max_vel_deg_per_s,
             js_gear_low_accn=js_gear_low_accn,
             js_gear_low_accn_mm_per_s2=js_gear_low_accn_mm_per_s2,
+            js_gear_low_accn_deg_per_s2=js_gear_low_accn_deg_per_s2,
             js_gear_high_accn=js_gear_high_accn,
             js_gear_high_accn_mm_per_s2=js_gear_high_accn_mm_per_s2,
+            js_gear_high_accn_deg_per_s2=js_gear_high_accn_deg_per_s2,
             dir_sense=dir_sense,
         )
 
@@ -3652,12 +3877,16 @@ class WithJoystickParams(Part):
         *,
         js_gear_low_max_vel: int | None = None,
         js_gear_low_max_vel_mm_per_s: Number | None = None,
+        js_gear_low_max_vel_deg_per_s: Number | None = None,
         js_gear_high_max_vel: int | None = None,
         js_gear_high_max_vel_mm_per_s: Number | None = None,
+        js_gear_high_max_vel_deg_per_s: Number | None = None,
         js_gear_low_accn: int | None = None,
         js_gear_low_accn_mm_per_s2: Number | None = None,
+        js_gear_low_accn_deg_per_s2: Number | None = None,
         js_gear_high_accn: int | None = None,
         js_gear_high_accn_mm_per_s2: Number | None = None,
+        js_gear_high_accn_deg_per_s2: Number | None = None,
         dir_sense: e.DirectionSense | str | int | None = None,
         timeout: float | None = None,
     ) -> v.JoystickParams:
@@ -3675,18 +3904,23 @@ class WithJoystickParams(Part):
             range of a dword. In counts; scale to mm/s depends on the stage; from 0 to 4294967295.
         :param js_gear_low_max_vel_mm_per_s: ``js_gear_low_max_vel`` in mm/s; the scale depends on
             the stage and its controller.
+        :param js_gear_low_max_vel_deg_per_s: ``js_gear_low_max_vel`` in deg/s, for a rotary stage.
         :param js_gear_high_max_vel: maximum velocity in high gear; in counts; scale to mm/s depends
             on the stage; from 0 to 4294967295.
         :param js_gear_high_max_vel_mm_per_s: ``js_gear_high_max_vel`` in mm/s; the scale depends on
             the stage and its controller.
+        :param js_gear_high_max_vel_deg_per_s: ``js_gear_high_max_vel`` in deg/s, for a rotary
+            stage.
         :param js_gear_low_accn: acceleration in low gear; in counts; scale to mm/s^2 depends on the
             stage; from 0 to 4294967295.
         :param js_gear_low_accn_mm_per_s2: ``js_gear_low_accn`` in mm/s^2; the scale depends on the
             stage and its controller.
+        :param js_gear_low_accn_deg_per_s2: ``js_gear_low_accn`` in deg/s^2, for a rotary stage.
         :param js_gear_high_accn: acceleration in high gear; in counts; scale to mm/s^2 depends on
             the stage; from 0 to 4294967295.
         :param js_gear_high_accn_mm_per_s2: ``js_gear_high_accn`` in mm/s^2; the scale depends on
             the stage and its controller.
+        :param js_gear_high_accn_deg_per_s2: ``js_gear_high_accn`` in deg/s^2, for a rotary stage.
         :param dir_sense: :class:`~.DirectionSense`: DIRSENSE_POS (1), DIRSENSE_NEG (2).
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
@@ -3704,12 +3938,16 @@ class WithJoystickParams(Part):
             timeout,
             js_gear_low_max_vel=js_gear_low_max_vel,
             js_gear_low_max_vel_mm_per_s=js_gear_low_max_vel_mm_per_s,
+            js_gear_low_max_vel_deg_per_s=js_gear_low_max_vel_deg_per_s,
             js_gear_high_max_vel=js_gear_high_max_vel,
             js_gear_high_max_vel_mm_per_s=js_gear_high_max_vel_mm_per_s,
+            js_gear_high_max_vel_deg_per_s=js_gear_high_max_vel_deg_per_s,
             js_gear_low_accn=js_gear_low_accn,
             js_gear_low_accn_mm_per_s2=js_gear_low_accn_mm_per_s2,
+            js_gear_low_accn_deg_per_s2=js_gear_low_accn_deg_per_s2,
             js_gear_high_accn=js_gear_high_accn,
             js_gear_high_accn_mm_per_s2=js_gear_high_accn_mm_per_s2,
+            js_gear_high_accn_deg_per_s2=js_gear_high_accn_deg_per_s2,
             dir_sense=dir_sense,
         )
 
@@ -3872,14 +4110,19 @@ class WithPmdStageAxisParams(Part):
         cnts_per_unit: int,
         min_pos: int | None = None,
         min_pos_mm: Number | None = None,
+        min_pos_deg: Number | None = None,
         max_pos: int | None = None,
         max_pos_mm: Number | None = None,
+        max_pos_deg: Number | None = None,
         max_accn: int | None = None,
         max_accn_mm_per_s2: Number | None = None,
+        max_accn_deg_per_s2: Number | None = None,
         max_dec: int | None = None,
         max_dec_mm_per_s2: Number | None = None,
+        max_dec_deg_per_s2: Number | None = None,
         max_vel: int | None = None,
         max_vel_mm_per_s: Number | None = None,
+        max_vel_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the stage axis parameters.
@@ -3899,23 +4142,28 @@ class WithPmdStageAxisParams(Part):
         :param min_pos: minimum position, typically zero; a set can only raise it; in counts; scale
             to mm depends on the stage; from -2147483648 to 2147483647.
         :param min_pos_mm: ``min_pos`` in mm; the scale depends on the stage and its controller.
+        :param min_pos_deg: ``min_pos`` in deg, for a rotary stage.
         :param max_pos: maximum position in encoder counts; a set can only lower it; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param max_pos_mm: ``max_pos`` in mm; the scale depends on the stage and its controller.
+        :param max_pos_deg: ``max_pos`` in deg, for a rotary stage.
         :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the numbers in
             the example are those times 65536. In counts; scale to mm/s^2 depends on the stage; from
             -2147483648 to 2147483647.
         :param max_accn_mm_per_s2: ``max_accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param max_accn_deg_per_s2: ``max_accn`` in deg/s^2, for a rotary stage.
         :param max_dec: maximum deceleration; same scale as max_accn; in counts; scale to mm/s^2
             depends on the stage; from -2147483648 to 2147483647.
         :param max_dec_mm_per_s2: ``max_dec`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param max_dec_deg_per_s2: ``max_dec`` in deg/s^2, for a rotary stage.
         :param max_vel: Maximum velocity. Printed as counts per cycle; the number in the example is
             that times 65536. In counts; scale to mm/s depends on the stage; from -2147483648 to
             2147483647.
         :param max_vel_mm_per_s: ``max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param max_vel_deg_per_s: ``max_vel`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -3934,14 +4182,19 @@ class WithPmdStageAxisParams(Part):
             cnts_per_unit=cnts_per_unit,
             min_pos=min_pos,
             min_pos_mm=min_pos_mm,
+            min_pos_deg=min_pos_deg,
             max_pos=max_pos,
             max_pos_mm=max_pos_mm,
+            max_pos_deg=max_pos_deg,
             max_accn=max_accn,
             max_accn_mm_per_s2=max_accn_mm_per_s2,
+            max_accn_deg_per_s2=max_accn_deg_per_s2,
             max_dec=max_dec,
             max_dec_mm_per_s2=max_dec_mm_per_s2,
+            max_dec_deg_per_s2=max_dec_deg_per_s2,
             max_vel=max_vel,
             max_vel_mm_per_s=max_vel_mm_per_s,
+            max_vel_deg_per_s=max_vel_deg_per_s,
         )
 
     def change_pmd_stage_axis_params(
@@ -3954,14 +4207,19 @@ class WithPmdStageAxisParams(Part):
         cnts_per_unit: int | None = None,
         min_pos: int | None = None,
         min_pos_mm: Number | None = None,
+        min_pos_deg: Number | None = None,
         max_pos: int | None = None,
         max_pos_mm: Number | None = None,
+        max_pos_deg: Number | None = None,
         max_accn: int | None = None,
         max_accn_mm_per_s2: Number | None = None,
+        max_accn_deg_per_s2: Number | None = None,
         max_dec: int | None = None,
         max_dec_mm_per_s2: Number | None = None,
+        max_dec_deg_per_s2: Number | None = None,
         max_vel: int | None = None,
         max_vel_mm_per_s: Number | None = None,
+        max_vel_deg_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> v.PmdStageAxisParams:
         """Change the stage axis parameters.
@@ -3987,23 +4245,28 @@ class WithPmdStageAxisParams(Part):
         :param min_pos: minimum position, typically zero; a set can only raise it; in counts; scale
             to mm depends on the stage; from -2147483648 to 2147483647.
         :param min_pos_mm: ``min_pos`` in mm; the scale depends on the stage and its controller.
+        :param min_pos_deg: ``min_pos`` in deg, for a rotary stage.
         :param max_pos: maximum position in encoder counts; a set can only lower it; in counts;
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param max_pos_mm: ``max_pos`` in mm; the scale depends on the stage and its controller.
+        :param max_pos_deg: ``max_pos`` in deg, for a rotary stage.
         :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the numbers in
             the example are those times 65536. In counts; scale to mm/s^2 depends on the stage; from
             -2147483648 to 2147483647.
         :param max_accn_mm_per_s2: ``max_accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param max_accn_deg_per_s2: ``max_accn`` in deg/s^2, for a rotary stage.
         :param max_dec: maximum deceleration; same scale as max_accn; in counts; scale to mm/s^2
             depends on the stage; from -2147483648 to 2147483647.
         :param max_dec_mm_per_s2: ``max_dec`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param max_dec_deg_per_s2: ``max_dec`` in deg/s^2, for a rotary stage.
         :param max_vel: Maximum velocity. Printed as counts per cycle; the number in the example is
             that times 65536. In counts; scale to mm/s depends on the stage; from -2147483648 to
             2147483647.
         :param max_vel_mm_per_s: ``max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param max_vel_deg_per_s: ``max_vel`` in deg/s, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -4025,14 +4288,19 @@ class WithPmdStageAxisParams(Part):
             cnts_per_unit=cnts_per_unit,
             min_pos=min_pos,
             min_pos_mm=min_pos_mm,
+            min_pos_deg=min_pos_deg,
             max_pos=max_pos,
             max_pos_mm=max_pos_mm,
+            max_pos_deg=max_pos_deg,
             max_accn=max_accn,
             max_accn_mm_per_s2=max_accn_mm_per_s2,
+            max_accn_deg_per_s2=max_accn_deg_per_s2,
             max_dec=max_dec,
             max_dec_mm_per_s2=max_dec_mm_per_s2,
+            max_dec_deg_per_s2=max_dec_deg_per_s2,
             max_vel=max_vel,
             max_vel_mm_per_s=max_vel_mm_per_s,
+            max_vel_deg_per_s=max_vel_deg_per_s,
         )
 
 
@@ -4255,13 +4523,17 @@ class WithKcubeMmiParams(Part):
         js_mode: e.WheelMode | str | int,
         js_max_vel: int | None = None,
         js_max_vel_mm_per_s: Number | None = None,
+        js_max_vel_deg_per_s: Number | None = None,
         js_accn: int | None = None,
         js_accn_mm_per_s2: Number | None = None,
+        js_accn_deg_per_s2: Number | None = None,
         dir_sense: e.WheelDirection | str | int,
         preset_pos1: int | None = None,
         preset_pos1_mm: Number | None = None,
+        preset_pos1_deg: Number | None = None,
         preset_pos2: int | None = None,
         preset_pos2_mm: Number | None = None,
+        preset_pos2_deg: Number | None = None,
         disp_brightness: int | None = None,
         disp_brightness_percent: Number | None = None,
         disp_timeout: int | None = None,
@@ -4269,6 +4541,7 @@ class WithKcubeMmiParams(Part):
         disp_dim_level: int,
         preset_pos3: int | None = None,
         preset_pos3_mm: Number | None = None,
+        preset_pos3_deg: Number | None = None,
         js_sensitivity: int,
         timeout: float | None = None,
     ) -> None:
@@ -4288,19 +4561,23 @@ class WithKcubeMmiParams(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param js_max_vel_mm_per_s: ``js_max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param js_max_vel_deg_per_s: ``js_max_vel`` in deg/s, for a rotary stage.
         :param js_accn: maximum acceleration of moves with the wheel; in counts; scale to mm/s^2
             depends on the stage; from -2147483648 to 2147483647.
         :param js_accn_mm_per_s2: ``js_accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param js_accn_deg_per_s2: ``js_accn`` in deg/s^2, for a rotary stage.
         :param dir_sense: :class:`~.WheelDirection`: DISABLED (0), POSITIVE (1), NEGATIVE (2).
         :param preset_pos1: first position in GO_TO_POSITION mode; in counts; scale to mm depends on
             the stage; from -2147483648 to 2147483647.
         :param preset_pos1_mm: ``preset_pos1`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos1_deg: ``preset_pos1`` in deg, for a rotary stage.
         :param preset_pos2: second position in GO_TO_POSITION mode; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos2_deg: ``preset_pos2`` in deg, for a rotary stage.
         :param disp_brightness: Brightness of the display; 0 is off. The MENU button still lights it
             up for a moment. In counts of 1 percent; from 0 to 100.
         :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 100.
@@ -4313,6 +4590,7 @@ class WithKcubeMmiParams(Part):
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos3_deg: ``preset_pos3`` in deg, for a rotary stage.
         :param js_sensitivity: Sensitivity of the joystick, from zero to its maximum; only on the
             BBD30x; from 0 to 65535.
         :param timeout: in seconds; default: the timeout of the device.
@@ -4329,13 +4607,17 @@ class WithKcubeMmiParams(Part):
             js_mode=js_mode,
             js_max_vel=js_max_vel,
             js_max_vel_mm_per_s=js_max_vel_mm_per_s,
+            js_max_vel_deg_per_s=js_max_vel_deg_per_s,
             js_accn=js_accn,
             js_accn_mm_per_s2=js_accn_mm_per_s2,
+            js_accn_deg_per_s2=js_accn_deg_per_s2,
             dir_sense=dir_sense,
             preset_pos1=preset_pos1,
             preset_pos1_mm=preset_pos1_mm,
+            preset_pos1_deg=preset_pos1_deg,
             preset_pos2=preset_pos2,
             preset_pos2_mm=preset_pos2_mm,
+            preset_pos2_deg=preset_pos2_deg,
             disp_brightness=disp_brightness,
             disp_brightness_percent=disp_brightness_percent,
             disp_timeout=disp_timeout,
@@ -4343,6 +4625,7 @@ class WithKcubeMmiParams(Part):
             disp_dim_level=disp_dim_level,
             preset_pos3=preset_pos3,
             preset_pos3_mm=preset_pos3_mm,
+            preset_pos3_deg=preset_pos3_deg,
             js_sensitivity=js_sensitivity,
         )
 
@@ -4352,13 +4635,17 @@ class WithKcubeMmiParams(Part):
         js_mode: e.WheelMode | str | int | None = None,
         js_max_vel: int | None = None,
         js_max_vel_mm_per_s: Number | None = None,
+        js_max_vel_deg_per_s: Number | None = None,
         js_accn: int | None = None,
         js_accn_mm_per_s2: Number | None = None,
+        js_accn_deg_per_s2: Number | None = None,
         dir_sense: e.WheelDirection | str | int | None = None,
         preset_pos1: int | None = None,
         preset_pos1_mm: Number | None = None,
+        preset_pos1_deg: Number | None = None,
         preset_pos2: int | None = None,
         preset_pos2_mm: Number | None = None,
+        preset_pos2_deg: Number | None = None,
         disp_brightness: int | None = None,
         disp_brightness_percent: Number | None = None,
         disp_timeout: int | None = None,
@@ -4366,6 +4653,7 @@ class WithKcubeMmiParams(Part):
         disp_dim_level: int | None = None,
         preset_pos3: int | None = None,
         preset_pos3_mm: Number | None = None,
+        preset_pos3_deg: Number | None = None,
         js_sensitivity: int | None = None,
         timeout: float | None = None,
     ) -> v.KcubeMmiParams:
@@ -4387,19 +4675,23 @@ class WithKcubeMmiParams(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param js_max_vel_mm_per_s: ``js_max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param js_max_vel_deg_per_s: ``js_max_vel`` in deg/s, for a rotary stage.
         :param js_accn: maximum acceleration of moves with the wheel; in counts; scale to mm/s^2
             depends on the stage; from -2147483648 to 2147483647.
         :param js_accn_mm_per_s2: ``js_accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param js_accn_deg_per_s2: ``js_accn`` in deg/s^2, for a rotary stage.
         :param dir_sense: :class:`~.WheelDirection`: DISABLED (0), POSITIVE (1), NEGATIVE (2).
         :param preset_pos1: first position in GO_TO_POSITION mode; in counts; scale to mm depends on
             the stage; from -2147483648 to 2147483647.
         :param preset_pos1_mm: ``preset_pos1`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos1_deg: ``preset_pos1`` in deg, for a rotary stage.
         :param preset_pos2: second position in GO_TO_POSITION mode; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos2_deg: ``preset_pos2`` in deg, for a rotary stage.
         :param disp_brightness: Brightness of the display; 0 is off. The MENU button still lights it
             up for a moment. In counts of 1 percent; from 0 to 100.
         :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 100.
@@ -4412,6 +4704,7 @@ class WithKcubeMmiParams(Part):
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos3_deg: ``preset_pos3`` in deg, for a rotary stage.
         :param js_sensitivity: Sensitivity of the joystick, from zero to its maximum; only on the
             BBD30x; from 0 to 65535.
         :param timeout: in seconds; default: the timeout of the device.
@@ -4431,13 +4724,17 @@ class WithKcubeMmiParams(Part):
             js_mode=js_mode,
             js_max_vel=js_max_vel,
             js_max_vel_mm_per_s=js_max_vel_mm_per_s,
+            js_max_vel_deg_per_s=js_max_vel_deg_per_s,
             js_accn=js_accn,
             js_accn_mm_per_s2=js_accn_mm_per_s2,
+            js_accn_deg_per_s2=js_accn_deg_per_s2,
             dir_sense=dir_sense,
             preset_pos1=preset_pos1,
             preset_pos1_mm=preset_pos1_mm,
+            preset_pos1_deg=preset_pos1_deg,
             preset_pos2=preset_pos2,
             preset_pos2_mm=preset_pos2_mm,
+            preset_pos2_deg=preset_pos2_deg,
             disp_brightness=disp_brightness,
             disp_brightness_percent=disp_brightness_percent,
             disp_timeout=disp_timeout,
@@ -4445,6 +4742,7 @@ class WithKcubeMmiParams(Part):
             disp_dim_level=disp_dim_level,
             preset_pos3=preset_pos3,
             preset_pos3_mm=preset_pos3_mm,
+            preset_pos3_deg=preset_pos3_deg,
             js_sensitivity=js_sensitivity,
         )
 
@@ -4612,13 +4910,17 @@ class WithKcubePosTrigParams(Part):
         *,
         start_pos_fwd: int | None = None,
         start_pos_fwd_mm: Number | None = None,
+        start_pos_fwd_deg: Number | None = None,
         interval_fwd: int | None = None,
         interval_fwd_mm: Number | None = None,
+        interval_fwd_deg: Number | None = None,
         num_pulses_fwd: int,
         start_pos_rev: int | None = None,
         start_pos_rev_mm: Number | None = None,
+        start_pos_rev_deg: Number | None = None,
         interval_rev: int | None = None,
         interval_rev_mm: Number | None = None,
+        interval_rev_deg: Number | None = None,
         num_pulses_rev: int,
         pulse_width: int | None = None,
         pulse_width_us: Number | None = None,
@@ -4642,19 +4944,23 @@ class WithKcubePosTrigParams(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_fwd_deg: ``start_pos_fwd`` in deg, for a rotary stage.
         :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_fwd_deg: ``interval_fwd`` in deg, for a rotary stage.
         :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
         :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_rev_deg: ``start_pos_rev`` in deg, for a rotary stage.
         :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_rev_deg: ``interval_rev`` in deg, for a rotary stage.
         :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
         :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
         :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
@@ -4672,13 +4978,17 @@ class WithKcubePosTrigParams(Part):
             timeout,
             start_pos_fwd=start_pos_fwd,
             start_pos_fwd_mm=start_pos_fwd_mm,
+            start_pos_fwd_deg=start_pos_fwd_deg,
             interval_fwd=interval_fwd,
             interval_fwd_mm=interval_fwd_mm,
+            interval_fwd_deg=interval_fwd_deg,
             num_pulses_fwd=num_pulses_fwd,
             start_pos_rev=start_pos_rev,
             start_pos_rev_mm=start_pos_rev_mm,
+            start_pos_rev_deg=start_pos_rev_deg,
             interval_rev=interval_rev,
             interval_rev_mm=interval_rev_mm,
+            interval_rev_deg=interval_rev_deg,
             num_pulses_rev=num_pulses_rev,
             pulse_width=pulse_width,
             pulse_width_us=pulse_width_us,
@@ -4690,13 +5000,17 @@ class WithKcubePosTrigParams(Part):
         *,
         start_pos_fwd: int | None = None,
         start_pos_fwd_mm: Number | None = None,
+        start_pos_fwd_deg: Number | None = None,
         interval_fwd: int | None = None,
         interval_fwd_mm: Number | None = None,
+        interval_fwd_deg: Number | None = None,
         num_pulses_fwd: int | None = None,
         start_pos_rev: int | None = None,
         start_pos_rev_mm: Number | None = None,
+        start_pos_rev_deg: Number | None = None,
         interval_rev: int | None = None,
         interval_rev_mm: Number | None = None,
+        interval_rev_deg: Number | None = None,
         num_pulses_rev: int | None = None,
         pulse_width: int | None = None,
         pulse_width_us: Number | None = None,
@@ -4723,19 +5037,23 @@ class WithKcubePosTrigParams(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_fwd_mm: ``start_pos_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_fwd_deg: ``start_pos_fwd`` in deg, for a rotary stage.
         :param interval_fwd: distance between pulses on the way forward; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param interval_fwd_mm: ``interval_fwd`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_fwd_deg: ``interval_fwd`` in deg, for a rotary stage.
         :param num_pulses_fwd: number of pulses on the way forward; from -2147483648 to 2147483647.
         :param start_pos_rev: position of the first pulse on the way back; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param start_pos_rev_mm: ``start_pos_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param start_pos_rev_deg: ``start_pos_rev`` in deg, for a rotary stage.
         :param interval_rev: distance between pulses on the way back; in counts; scale to mm depends
             on the stage; from -2147483648 to 2147483647.
         :param interval_rev_mm: ``interval_rev`` in mm; the scale depends on the stage and its
             controller.
+        :param interval_rev_deg: ``interval_rev`` in deg, for a rotary stage.
         :param num_pulses_rev: number of pulses on the way back; from -2147483648 to 2147483647.
         :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
         :param pulse_width_us: ``pulse_width`` in us; from 1 to 1000000.
@@ -4756,13 +5074,17 @@ class WithKcubePosTrigParams(Part):
             timeout,
             start_pos_fwd=start_pos_fwd,
             start_pos_fwd_mm=start_pos_fwd_mm,
+            start_pos_fwd_deg=start_pos_fwd_deg,
             interval_fwd=interval_fwd,
             interval_fwd_mm=interval_fwd_mm,
+            interval_fwd_deg=interval_fwd_deg,
             num_pulses_fwd=num_pulses_fwd,
             start_pos_rev=start_pos_rev,
             start_pos_rev_mm=start_pos_rev_mm,
+            start_pos_rev_deg=start_pos_rev_deg,
             interval_rev=interval_rev,
             interval_rev_mm=interval_rev_mm,
+            interval_rev_deg=interval_rev_deg,
             num_pulses_rev=num_pulses_rev,
             pulse_width=pulse_width,
             pulse_width_us=pulse_width_us,
@@ -5062,17 +5384,23 @@ class WithLcdMoveParams(Part):
         js_mode: e.KnobMode | str | int,
         jog_step_size: int | None = None,
         jog_step_size_mm: Number | None = None,
+        jog_step_size_deg: Number | None = None,
         accn: int | None = None,
         accn_mm_per_s2: Number | None = None,
+        accn_deg_per_s2: Number | None = None,
         max_vel: int | None = None,
         max_vel_mm_per_s: Number | None = None,
+        max_vel_deg_per_s: Number | None = None,
         jog_stop_mode: e.StopMode | str | int,
         preset_pos: int | None = None,
         preset_pos_mm: Number | None = None,
+        preset_pos_deg: Number | None = None,
         preset_pos2: int | None = None,
         preset_pos2_mm: Number | None = None,
+        preset_pos2_deg: Number | None = None,
         preset_pos3: int | None = None,
         preset_pos3_mm: Number | None = None,
+        preset_pos3_deg: Number | None = None,
         timeout: float | None = None,
     ) -> None:
         """Set the front panel move parameters.
@@ -5091,27 +5419,33 @@ class WithLcdMoveParams(Part):
             stage; from -2147483648 to 2147483647.
         :param jog_step_size_mm: ``jog_step_size`` in mm; the scale depends on the stage and its
             controller.
+        :param jog_step_size_deg: ``jog_step_size`` in deg, for a rotary stage.
         :param accn: acceleration of the moves; in counts; scale to mm/s^2 depends on the stage;
             from -2147483648 to 2147483647.
         :param accn_mm_per_s2: ``accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param accn_deg_per_s2: ``accn`` in deg/s^2, for a rotary stage.
         :param max_vel: maximum velocity of the moves; in counts; scale to mm/s depends on the
             stage; from -2147483648 to 2147483647.
         :param max_vel_mm_per_s: ``max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param max_vel_deg_per_s: ``max_vel`` in deg/s, for a rotary stage.
         :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
         :param preset_pos: first preset position; in counts; scale to mm depends on the stage; from
             -2147483648 to 2147483647.
         :param preset_pos_mm: ``preset_pos`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos_deg: ``preset_pos`` in deg, for a rotary stage.
         :param preset_pos2: second preset position; not in the document; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos2_deg: ``preset_pos2`` in deg, for a rotary stage.
         :param preset_pos3: third preset position; not in the document; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos3_deg: ``preset_pos3`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -5127,17 +5461,23 @@ class WithLcdMoveParams(Part):
             js_mode=js_mode,
             jog_step_size=jog_step_size,
             jog_step_size_mm=jog_step_size_mm,
+            jog_step_size_deg=jog_step_size_deg,
             accn=accn,
             accn_mm_per_s2=accn_mm_per_s2,
+            accn_deg_per_s2=accn_deg_per_s2,
             max_vel=max_vel,
             max_vel_mm_per_s=max_vel_mm_per_s,
+            max_vel_deg_per_s=max_vel_deg_per_s,
             jog_stop_mode=jog_stop_mode,
             preset_pos=preset_pos,
             preset_pos_mm=preset_pos_mm,
+            preset_pos_deg=preset_pos_deg,
             preset_pos2=preset_pos2,
             preset_pos2_mm=preset_pos2_mm,
+            preset_pos2_deg=preset_pos2_deg,
             preset_pos3=preset_pos3,
             preset_pos3_mm=preset_pos3_mm,
+            preset_pos3_deg=preset_pos3_deg,
         )
 
     def change_lcd_move_params(
@@ -5147,17 +5487,23 @@ class WithLcdMoveParams(Part):
         js_mode: e.KnobMode | str | int | None = None,
         jog_step_size: int | None = None,
         jog_step_size_mm: Number | None = None,
+        jog_step_size_deg: Number | None = None,
         accn: int | None = None,
         accn_mm_per_s2: Number | None = None,
+        accn_deg_per_s2: Number | None = None,
         max_vel: int | None = None,
         max_vel_mm_per_s: Number | None = None,
+        max_vel_deg_per_s: Number | None = None,
         jog_stop_mode: e.StopMode | str | int | None = None,
         preset_pos: int | None = None,
         preset_pos_mm: Number | None = None,
+        preset_pos_deg: Number | None = None,
         preset_pos2: int | None = None,
         preset_pos2_mm: Number | None = None,
+        preset_pos2_deg: Number | None = None,
         preset_pos3: int | None = None,
         preset_pos3_mm: Number | None = None,
+        preset_pos3_deg: Number | None = None,
         timeout: float | None = None,
     ) -> v.LcdMoveParams:
         """Change the front panel move parameters.
@@ -5178,27 +5524,33 @@ class WithLcdMoveParams(Part):
             stage; from -2147483648 to 2147483647.
         :param jog_step_size_mm: ``jog_step_size`` in mm; the scale depends on the stage and its
             controller.
+        :param jog_step_size_deg: ``jog_step_size`` in deg, for a rotary stage.
         :param accn: acceleration of the moves; in counts; scale to mm/s^2 depends on the stage;
             from -2147483648 to 2147483647.
         :param accn_mm_per_s2: ``accn`` in mm/s^2; the scale depends on the stage and its
             controller.
+        :param accn_deg_per_s2: ``accn`` in deg/s^2, for a rotary stage.
         :param max_vel: maximum velocity of the moves; in counts; scale to mm/s depends on the
             stage; from -2147483648 to 2147483647.
         :param max_vel_mm_per_s: ``max_vel`` in mm/s; the scale depends on the stage and its
             controller.
+        :param max_vel_deg_per_s: ``max_vel`` in deg/s, for a rotary stage.
         :param jog_stop_mode: :class:`~.StopMode`: IMMEDIATE (1), PROFILED (2).
         :param preset_pos: first preset position; in counts; scale to mm depends on the stage; from
             -2147483648 to 2147483647.
         :param preset_pos_mm: ``preset_pos`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos_deg: ``preset_pos`` in deg, for a rotary stage.
         :param preset_pos2: second preset position; not in the document; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos2_mm: ``preset_pos2`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos2_deg: ``preset_pos2`` in deg, for a rotary stage.
         :param preset_pos3: third preset position; not in the document; in counts; scale to mm
             depends on the stage; from -2147483648 to 2147483647.
         :param preset_pos3_mm: ``preset_pos3`` in mm; the scale depends on the stage and its
             controller.
+        :param preset_pos3_deg: ``preset_pos3`` in deg, for a rotary stage.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -5217,17 +5569,23 @@ class WithLcdMoveParams(Part):
             js_mode=js_mode,
             jog_step_size=jog_step_size,
             jog_step_size_mm=jog_step_size_mm,
+            jog_step_size_deg=jog_step_size_deg,
             accn=accn,
             accn_mm_per_s2=accn_mm_per_s2,
+            accn_deg_per_s2=accn_deg_per_s2,
             max_vel=max_vel,
             max_vel_mm_per_s=max_vel_mm_per_s,
+            max_vel_deg_per_s=max_vel_deg_per_s,
             jog_stop_mode=jog_stop_mode,
             preset_pos=preset_pos,
             preset_pos_mm=preset_pos_mm,
+            preset_pos_deg=preset_pos_deg,
             preset_pos2=preset_pos2,
             preset_pos2_mm=preset_pos2_mm,
+            preset_pos2_deg=preset_pos2_deg,
             preset_pos3=preset_pos3,
             preset_pos3_mm=preset_pos3_mm,
+            preset_pos3_deg=preset_pos3_deg,
         )
 
 

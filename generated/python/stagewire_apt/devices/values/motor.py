@@ -87,11 +87,15 @@ class MotTrigIoConfig(Values[m.MotGetMotTrigIoConfig | m.MotGetMotTrigIoConfigSh
     from -2147483648 to 2147483647."""
     start_pos_fwd_mm = InUnits("start_pos_fwd", "position", "mm")
     """``start_pos_fwd`` in mm; the scale depends on the stage and its controller."""
+    start_pos_fwd_deg = InUnits("start_pos_fwd", "position", "deg")
+    """``start_pos_fwd`` in deg, for a rotary stage."""
     interval_fwd = Raw("interval_fwd")
     """Distance between pulses on the way forward; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     interval_fwd_mm = InUnits("interval_fwd", "position", "mm")
     """``interval_fwd`` in mm; the scale depends on the stage and its controller."""
+    interval_fwd_deg = InUnits("interval_fwd", "position", "deg")
+    """``interval_fwd`` in deg, for a rotary stage."""
     num_pulses_fwd = Raw("num_pulses_fwd")
     """Number of pulses on the way forward; from -2147483648 to 2147483647."""
     start_pos_rev = Raw("start_pos_rev")
@@ -99,11 +103,15 @@ class MotTrigIoConfig(Values[m.MotGetMotTrigIoConfig | m.MotGetMotTrigIoConfigSh
     -2147483648 to 2147483647."""
     start_pos_rev_mm = InUnits("start_pos_rev", "position", "mm")
     """``start_pos_rev`` in mm; the scale depends on the stage and its controller."""
+    start_pos_rev_deg = InUnits("start_pos_rev", "position", "deg")
+    """``start_pos_rev`` in deg, for a rotary stage."""
     interval_rev = Raw("interval_rev")
     """Distance between pulses on the way back; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     interval_rev_mm = InUnits("interval_rev", "position", "mm")
     """``interval_rev`` in mm; the scale depends on the stage and its controller."""
+    interval_rev_deg = InUnits("interval_rev", "position", "deg")
+    """``interval_rev`` in deg, for a rotary stage."""
     num_pulses_rev = Raw("num_pulses_rev")
     """Number of pulses on the way back; from -2147483648 to 2147483647."""
     pulse_width = Raw("pulse_width")
@@ -138,11 +146,15 @@ class MotTrigIoConfigShort(Values[m.MotGetMotTrigIoConfigShort]):
     from -2147483648 to 2147483647."""
     start_pos_fwd_mm = InUnits("start_pos_fwd", "position", "mm")
     """``start_pos_fwd`` in mm; the scale depends on the stage and its controller."""
+    start_pos_fwd_deg = InUnits("start_pos_fwd", "position", "deg")
+    """``start_pos_fwd`` in deg, for a rotary stage."""
     interval_fwd = Raw("interval_fwd")
     """Distance between pulses on the way forward; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     interval_fwd_mm = InUnits("interval_fwd", "position", "mm")
     """``interval_fwd`` in mm; the scale depends on the stage and its controller."""
+    interval_fwd_deg = InUnits("interval_fwd", "position", "deg")
+    """``interval_fwd`` in deg, for a rotary stage."""
     num_pulses_fwd = Raw("num_pulses_fwd")
     """Number of pulses on the way forward; from -2147483648 to 2147483647."""
     start_pos_rev = Raw("start_pos_rev")
@@ -150,11 +162,15 @@ class MotTrigIoConfigShort(Values[m.MotGetMotTrigIoConfigShort]):
     -2147483648 to 2147483647."""
     start_pos_rev_mm = InUnits("start_pos_rev", "position", "mm")
     """``start_pos_rev`` in mm; the scale depends on the stage and its controller."""
+    start_pos_rev_deg = InUnits("start_pos_rev", "position", "deg")
+    """``start_pos_rev`` in deg, for a rotary stage."""
     interval_rev = Raw("interval_rev")
     """Distance between pulses on the way back; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     interval_rev_mm = InUnits("interval_rev", "position", "mm")
     """``interval_rev`` in mm; the scale depends on the stage and its controller."""
+    interval_rev_deg = InUnits("interval_rev", "position", "deg")
+    """``interval_rev`` in deg, for a rotary stage."""
     num_pulses_rev = Raw("num_pulses_rev")
     """Number of pulses on the way back; from -2147483648 to 2147483647."""
     pulse_width = Raw("pulse_width")
@@ -243,6 +259,8 @@ class EncCounter(Values[m.MotGetEncCounter]):
     """In counts; scale to mm depends on the stage; from -2147483648 to 2147483647."""
     mm = InUnits("encoder_count", "encoder_position", "mm")
     """``encoder_count`` in mm; the scale depends on the stage and its controller."""
+    deg = InUnits("encoder_count", "encoder_position", "deg")
+    """``encoder_count`` in deg, for a rotary stage."""
 
 
 class PosCounter(Values[m.MotGetPosCounter]):
@@ -258,6 +276,8 @@ class PosCounter(Values[m.MotGetPosCounter]):
     """In counts; scale to mm depends on the stage; from -2147483648 to 2147483647."""
     mm = InUnits("position", "position", "mm")
     """``position`` in mm; the scale depends on the stage and its controller."""
+    deg = InUnits("position", "position", "deg")
+    """``position`` in deg, for a rotary stage."""
 
 
 class VelParams(Values[m.MotGetVelParams]):
@@ -274,14 +294,20 @@ class VelParams(Values[m.MotGetVelParams]):
     -2147483648 to 2147483647; default 0."""
     min_velocity_mm_per_s = InUnits("min_velocity", "velocity", "mm/s")
     """``min_velocity`` in mm/s; the scale depends on the stage and its controller."""
+    min_velocity_deg_per_s = InUnits("min_velocity", "velocity", "deg/s")
+    """``min_velocity`` in deg/s, for a rotary stage."""
     acceleration = Raw("acceleration")
     """In counts; scale to mm/s^2 depends on the stage; from 0 to 4294967295."""
     acceleration_mm_per_s2 = InUnits("acceleration", "acceleration", "mm/s^2")
     """``acceleration`` in mm/s^2; the scale depends on the stage and its controller."""
+    acceleration_deg_per_s2 = InUnits("acceleration", "acceleration", "deg/s^2")
+    """``acceleration`` in deg/s^2, for a rotary stage."""
     max_velocity = Raw("max_velocity")
     """Final velocity; in counts; scale to mm/s depends on the stage; from 0 to 4294967295."""
     max_velocity_mm_per_s = InUnits("max_velocity", "velocity", "mm/s")
     """``max_velocity`` in mm/s; the scale depends on the stage and its controller."""
+    max_velocity_deg_per_s = InUnits("max_velocity", "velocity", "deg/s")
+    """``max_velocity`` in deg/s, for a rotary stage."""
 
 
 class JogParams(Values[m.MotGetJogParams]):
@@ -299,19 +325,27 @@ class JogParams(Values[m.MotGetJogParams]):
     -2147483648 to 2147483647."""
     step_size_mm = InUnits("jog_step_size", "position", "mm")
     """``jog_step_size`` in mm; the scale depends on the stage and its controller."""
+    step_size_deg = InUnits("jog_step_size", "position", "deg")
+    """``jog_step_size`` in deg, for a rotary stage."""
     jog_min_velocity = Raw("jog_min_velocity")
     """Start velocity; currently always zero; in counts; scale to mm/s depends on the stage; from
     -2147483648 to 2147483647; default 0."""
     min_velocity_mm_per_s = InUnits("jog_min_velocity", "velocity", "mm/s")
     """``jog_min_velocity`` in mm/s; the scale depends on the stage and its controller."""
+    min_velocity_deg_per_s = InUnits("jog_min_velocity", "velocity", "deg/s")
+    """``jog_min_velocity`` in deg/s, for a rotary stage."""
     jog_acceleration = Raw("jog_acceleration")
     """In counts; scale to mm/s^2 depends on the stage; from -2147483648 to 2147483647."""
     acceleration_mm_per_s2 = InUnits("jog_acceleration", "acceleration", "mm/s^2")
     """``jog_acceleration`` in mm/s^2; the scale depends on the stage and its controller."""
+    acceleration_deg_per_s2 = InUnits("jog_acceleration", "acceleration", "deg/s^2")
+    """``jog_acceleration`` in deg/s^2, for a rotary stage."""
     jog_max_velocity = Raw("jog_max_velocity")
     """Final velocity; in counts; scale to mm/s depends on the stage; from -2147483648 to 2147483647."""
     max_velocity_mm_per_s = InUnits("jog_max_velocity", "velocity", "mm/s")
     """``jog_max_velocity`` in mm/s; the scale depends on the stage and its controller."""
+    max_velocity_deg_per_s = InUnits("jog_max_velocity", "velocity", "deg/s")
+    """``jog_max_velocity`` in deg/s, for a rotary stage."""
     jog_stop_mode = Named("jog_stop_mode", e.StopMode)
     """:class:`~.StopMode`; from 0 to 65535."""
 
@@ -333,11 +367,15 @@ class LimSwitchParams(Values[m.MotGetLimSwitchParams]):
     factor. In counts; scale to mm depends on the stage; from 0 to 4294967295."""
     cw_soft_limit_mm = InUnits("cw_soft_limit", "position", "mm")
     """``cw_soft_limit`` in mm; the scale depends on the stage and its controller."""
+    cw_soft_limit_deg = InUnits("cw_soft_limit", "position", "deg")
+    """``cw_soft_limit`` in deg, for a rotary stage."""
     ccw_soft_limit = Raw("ccw_soft_limit")
     """Counterclockwise limit; same scale as the clockwise one; in counts; scale to mm depends on the
     stage; from -2147483648 to 2147483647."""
     ccw_soft_limit_mm = InUnits("ccw_soft_limit", "position", "mm")
     """``ccw_soft_limit`` in mm; the scale depends on the stage and its controller."""
+    ccw_soft_limit_deg = InUnits("ccw_soft_limit", "position", "deg")
+    """``ccw_soft_limit`` in deg, for a rotary stage."""
     software_limit_mode = Named("software_limit_mode", e.SoftwareLimitMode)
     """May include the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; from 0 to 65535."""
 
@@ -414,6 +452,8 @@ class GenMoveParams(Values[m.MotGetGenMoveParams]):
     -2147483648 to 2147483647."""
     mm = InUnits("backlash_distance", "position", "mm")
     """``backlash_distance`` in mm; the scale depends on the stage and its controller."""
+    deg = InUnits("backlash_distance", "position", "deg")
+    """``backlash_distance`` in deg, for a rotary stage."""
 
 
 class HomeParams(Values[m.MotGetHomeParams]):
@@ -435,11 +475,15 @@ class HomeParams(Values[m.MotGetHomeParams]):
     """In counts; scale to mm/s depends on the stage; from 0 to 4294967295."""
     velocity_mm_per_s = InUnits("home_velocity", "velocity", "mm/s")
     """``home_velocity`` in mm/s; the scale depends on the stage and its controller."""
+    velocity_deg_per_s = InUnits("home_velocity", "velocity", "deg/s")
+    """``home_velocity`` in deg/s, for a rotary stage."""
     offset_distance = Raw("offset_distance")
     """Distance of the home position from the limit switch; not used for the MLS203; in counts; scale
     to mm depends on the stage; from -2147483648 to 2147483647."""
     offset_distance_mm = InUnits("offset_distance", "position", "mm")
     """``offset_distance`` in mm; the scale depends on the stage and its controller."""
+    offset_distance_deg = InUnits("offset_distance", "position", "deg")
+    """``offset_distance`` in deg, for a rotary stage."""
 
 
 class MoveRelParams(Values[m.MotGetMoveRelParams]):
@@ -455,6 +499,8 @@ class MoveRelParams(Values[m.MotGetMoveRelParams]):
     """In counts; scale to mm depends on the stage; from -2147483648 to 2147483647."""
     mm = InUnits("relative_distance", "position", "mm")
     """``relative_distance`` in mm; the scale depends on the stage and its controller."""
+    deg = InUnits("relative_distance", "position", "deg")
+    """``relative_distance`` in deg, for a rotary stage."""
 
 
 class MoveAbsParams(Values[m.MotGetMoveAbsParams]):
@@ -470,6 +516,8 @@ class MoveAbsParams(Values[m.MotGetMoveAbsParams]):
     """In counts; scale to mm depends on the stage; from -2147483648 to 2147483647."""
     mm = InUnits("absolute_position", "position", "mm")
     """``absolute_position`` in mm; the scale depends on the stage and its controller."""
+    deg = InUnits("absolute_position", "position", "deg")
+    """``absolute_position`` in deg, for a rotary stage."""
 
 
 class MoveCompletedDc(Values[m.MotMoveCompletedDc]):
@@ -486,11 +534,15 @@ class MoveCompletedDc(Values[m.MotMoveCompletedDc]):
     2147483647."""
     position_mm = InUnits("position", "position", "mm")
     """``position`` in mm; the scale depends on the stage and its controller."""
+    position_deg = InUnits("position", "position", "deg")
+    """``position`` in deg, for a rotary stage."""
     velocity = Raw("velocity")
     """Actual velocity; negative in reverse; in counts; scale to mm/s depends on the stage; from -32768
     to 32767."""
     velocity_mm_per_s = InUnits("velocity", "status_velocity", "mm/s")
     """``velocity`` in mm/s; the scale depends on the stage and its controller."""
+    velocity_deg_per_s = InUnits("velocity", "status_velocity", "deg/s")
+    """``velocity`` in deg/s, for a rotary stage."""
     status_bits = BitsByUnit(
         "status_bits",
         f.DcStatusBits,
@@ -522,11 +574,15 @@ class MoveCompletedStepper(Values[m.MotMoveCompletedStepper]):
     depends on the stage; from -2147483648 to 2147483647."""
     position_mm = InUnits("position", "position", "mm")
     """``position`` in mm; the scale depends on the stage and its controller."""
+    position_deg = InUnits("position", "position", "deg")
+    """``position`` in deg, for a rotary stage."""
     enc_count = Raw("enc_count")
     """Encoder count; only for stages with an encoder; in counts; scale to mm depends on the stage;
     from -2147483648 to 2147483647."""
     enc_count_mm = InUnits("enc_count", "encoder_position", "mm")
     """``enc_count`` in mm; the scale depends on the stage and its controller."""
+    enc_count_deg = InUnits("enc_count", "encoder_position", "deg")
+    """``enc_count`` in deg, for a rotary stage."""
     status_bits = Bits("status_bits", f.StepperStatusBits)
     """:class:`~.StepperStatusBits`; from 0 to 4294967295."""
 
@@ -545,11 +601,15 @@ class MoveStoppedDc(Values[m.MotMoveStoppedDc]):
     2147483647."""
     position_mm = InUnits("position", "position", "mm")
     """``position`` in mm; the scale depends on the stage and its controller."""
+    position_deg = InUnits("position", "position", "deg")
+    """``position`` in deg, for a rotary stage."""
     velocity = Raw("velocity")
     """Actual velocity; negative in reverse; in counts; scale to mm/s depends on the stage; from -32768
     to 32767."""
     velocity_mm_per_s = InUnits("velocity", "status_velocity", "mm/s")
     """``velocity`` in mm/s; the scale depends on the stage and its controller."""
+    velocity_deg_per_s = InUnits("velocity", "status_velocity", "deg/s")
+    """``velocity`` in deg/s, for a rotary stage."""
     status_bits = BitsByUnit(
         "status_bits",
         f.DcStatusBits,
@@ -581,11 +641,15 @@ class MoveStoppedStepper(Values[m.MotMoveStoppedStepper]):
     depends on the stage; from -2147483648 to 2147483647."""
     position_mm = InUnits("position", "position", "mm")
     """``position`` in mm; the scale depends on the stage and its controller."""
+    position_deg = InUnits("position", "position", "deg")
+    """``position`` in deg, for a rotary stage."""
     enc_count = Raw("enc_count")
     """Encoder count; only for stages with an encoder; in counts; scale to mm depends on the stage;
     from -2147483648 to 2147483647."""
     enc_count_mm = InUnits("enc_count", "encoder_position", "mm")
     """``enc_count`` in mm; the scale depends on the stage and its controller."""
+    enc_count_deg = InUnits("enc_count", "encoder_position", "deg")
+    """``enc_count`` in deg, for a rotary stage."""
     status_bits = Bits("status_bits", f.StepperStatusBits)
     """:class:`~.StepperStatusBits`; from 0 to 4294967295."""
 
@@ -604,11 +668,15 @@ class StatusUpdate(Values[m.MotGetStatusUpdate | m.MotGetStatusUpdateLong]):
     depends on the stage; from -2147483648 to 2147483647."""
     position_mm = InUnits("position", "position", "mm")
     """``position`` in mm; the scale depends on the stage and its controller."""
+    position_deg = InUnits("position", "position", "deg")
+    """``position`` in deg, for a rotary stage."""
     enc_count = Raw("enc_count")
     """Encoder count; only for stages with an encoder; in counts; scale to mm depends on the stage;
     from -2147483648 to 2147483647."""
     enc_count_mm = InUnits("enc_count", "encoder_position", "mm")
     """``enc_count`` in mm; the scale depends on the stage and its controller."""
+    enc_count_deg = InUnits("enc_count", "encoder_position", "deg")
+    """``enc_count`` in deg, for a rotary stage."""
     status_bits = Bits("status_bits", f.StepperStatusBits)
     """:class:`~.StepperStatusBits`; from 0 to 4294967295."""
 
@@ -627,11 +695,15 @@ class StatusUpdateLong(Values[m.MotGetStatusUpdateLong]):
     to mm depends on the stage; from -2147483648 to 2147483647."""
     position_mm = InUnits("position", "position", "mm")
     """``position`` in mm; the scale depends on the stage and its controller."""
+    position_deg = InUnits("position", "position", "deg")
+    """``position`` in deg, for a rotary stage."""
     enc_count = Raw("enc_count")
     """Encoder count; only for stages with an encoder; in counts; scale to mm depends on the stage;
     from -2147483648 to 2147483647."""
     enc_count_mm = InUnits("enc_count", "encoder_position", "mm")
     """``enc_count`` in mm; the scale depends on the stage and its controller."""
+    enc_count_deg = InUnits("enc_count", "encoder_position", "deg")
+    """``enc_count`` in deg, for a rotary stage."""
     status_bits = Bits("status_bits", f.StepperStatusBits)
     """:class:`~.StepperStatusBits`; from 0 to 4294967295."""
 
@@ -650,11 +722,15 @@ class DcStatusUpdate(Values[m.MotGetDcStatusUpdate]):
     2147483647."""
     position_mm = InUnits("position", "position", "mm")
     """``position`` in mm; the scale depends on the stage and its controller."""
+    position_deg = InUnits("position", "position", "deg")
+    """``position`` in deg, for a rotary stage."""
     velocity = Raw("velocity")
     """Actual velocity; negative in reverse; in counts; scale to mm/s depends on the stage; from -32768
     to 32767."""
     velocity_mm_per_s = InUnits("velocity", "status_velocity", "mm/s")
     """``velocity`` in mm/s; the scale depends on the stage and its controller."""
+    velocity_deg_per_s = InUnits("velocity", "status_velocity", "deg/s")
+    """``velocity`` in deg/s, for a rotary stage."""
     status_bits = BitsByUnit(
         "status_bits",
         f.DcStatusBits,
@@ -711,6 +787,8 @@ class PotParams(Values[m.MotGetPotParams]):
     2147483647."""
     vel1_mm_per_s = InUnits("vel1", "pot_velocity", "mm/s")
     """``vel1`` in mm/s; the scale depends on the stage and its controller."""
+    vel1_deg_per_s = InUnits("vel1", "pot_velocity", "deg/s")
+    """``vel1`` in deg/s, for a rotary stage."""
     wnd1 = Raw("wnd1")
     """Deflection where vel1 ends; above zero_wnd; from 0 to 127."""
     vel2 = Raw("vel2")
@@ -718,6 +796,8 @@ class PotParams(Values[m.MotGetPotParams]):
     2147483647."""
     vel2_mm_per_s = InUnits("vel2", "pot_velocity", "mm/s")
     """``vel2`` in mm/s; the scale depends on the stage and its controller."""
+    vel2_deg_per_s = InUnits("vel2", "pot_velocity", "deg/s")
+    """``vel2`` in deg/s, for a rotary stage."""
     wnd2 = Raw("wnd2")
     """Deflection where vel2 ends; above wnd1; from 0 to 127."""
     vel3 = Raw("vel3")
@@ -725,6 +805,8 @@ class PotParams(Values[m.MotGetPotParams]):
     2147483647."""
     vel3_mm_per_s = InUnits("vel3", "pot_velocity", "mm/s")
     """``vel3`` in mm/s; the scale depends on the stage and its controller."""
+    vel3_deg_per_s = InUnits("vel3", "pot_velocity", "deg/s")
+    """``vel3`` in deg/s, for a rotary stage."""
     wnd3 = Raw("wnd3")
     """Deflection where vel3 ends; above wnd2; from 0 to 127."""
     vel4 = Raw("vel4")
@@ -732,6 +814,8 @@ class PotParams(Values[m.MotGetPotParams]):
     2147483647."""
     vel4_mm_per_s = InUnits("vel4", "pot_velocity", "mm/s")
     """``vel4`` in mm/s; the scale depends on the stage and its controller."""
+    vel4_deg_per_s = InUnits("vel4", "pot_velocity", "deg/s")
+    """``vel4`` in deg/s, for a rotary stage."""
 
 
 class AvModes(Values[m.MotGetAvModes]):
@@ -762,11 +846,15 @@ class ButtonParams(Values[m.MotGetButtonParams]):
     stage; from -2147483648 to 2147483647."""
     position1_mm = InUnits("position1", "position", "mm")
     """``position1`` in mm; the scale depends on the stage and its controller."""
+    position1_deg = InUnits("position1", "position", "deg")
+    """``position1`` in deg, for a rotary stage."""
     position2 = Raw("position2")
     """Position of the bottom button; only in GO_TO_POSITION mode; in counts; scale to mm depends on
     the stage; from -2147483648 to 2147483647."""
     position2_mm = InUnits("position2", "position", "mm")
     """``position2`` in mm; the scale depends on the stage and its controller."""
+    position2_deg = InUnits("position2", "position", "deg")
+    """``position2`` in deg, for a rotary stage."""
     time_out = Raw("time_out")
     """TimeOut1 in Issue 37: how long button 1 must be held to home, together with button 2, or to
     store the present position; applies in either mode. Page 100 says that it is not for the TDC001.
@@ -832,6 +920,8 @@ class PmdPositionLoopParams(Values[m.MotGetPmdPositionLoopParams]):
     the stage; from 0 to 2147483647."""
     pos_err_lim_mm = InUnits("pos_err_lim", "position", "mm")
     """``pos_err_lim`` in mm; the scale depends on the stage and its controller."""
+    pos_err_lim_deg = InUnits("pos_err_lim", "position", "deg")
+    """``pos_err_lim`` in deg, for a rotary stage."""
 
 
 class PmdMotorOutputParams(Values[m.MotGetPmdMotorOutputParams]):
@@ -882,11 +972,15 @@ class PmdTrackSettleParams(Values[m.MotGetPmdTrackSettleParams]):
     65535."""
     settle_window_mm = InUnits("settle_window", "position", "mm")
     """``settle_window`` in mm; the scale depends on the stage and its controller."""
+    settle_window_deg = InUnits("settle_window", "position", "deg")
+    """``settle_window`` in deg, for a rotary stage."""
     track_window = Raw("track_window")
     """Position error beyond which the tracking bit is cleared; the axis is not stopped; in counts;
     scale to mm depends on the stage; from 0 to 65535."""
     track_window_mm = InUnits("track_window", "position", "mm")
     """``track_window`` in mm; the scale depends on the stage and its controller."""
+    track_window_deg = InUnits("track_window", "position", "deg")
+    """``track_window`` in deg, for a rotary stage."""
 
 
 class PmdProfileModeParams(Values[m.MotGetPmdProfileModeParams]):
@@ -904,6 +998,8 @@ class PmdProfileModeParams(Values[m.MotGetPmdProfileModeParams]):
     stage; from 0 to 4294967295."""
     mm_per_s3 = InUnits("jerk", "jerk", "mm/s^3")
     """``jerk`` in mm/s^3; the scale depends on the stage and its controller."""
+    deg_per_s3 = InUnits("jerk", "jerk", "deg/s^3")
+    """``jerk`` in deg/s^3, for a rotary stage."""
 
 
 class JoystickParams(Values[m.MotGetJoystickParams]):
@@ -920,20 +1016,28 @@ class JoystickParams(Values[m.MotGetJoystickParams]):
     to mm/s depends on the stage; from 0 to 4294967295."""
     js_gear_low_max_vel_mm_per_s = InUnits("js_gear_low_max_vel", "velocity", "mm/s")
     """``js_gear_low_max_vel`` in mm/s; the scale depends on the stage and its controller."""
+    js_gear_low_max_vel_deg_per_s = InUnits("js_gear_low_max_vel", "velocity", "deg/s")
+    """``js_gear_low_max_vel`` in deg/s, for a rotary stage."""
     js_gear_high_max_vel = Raw("js_gear_high_max_vel")
     """Maximum velocity in high gear; in counts; scale to mm/s depends on the stage; from 0 to
     4294967295."""
     js_gear_high_max_vel_mm_per_s = InUnits("js_gear_high_max_vel", "velocity", "mm/s")
     """``js_gear_high_max_vel`` in mm/s; the scale depends on the stage and its controller."""
+    js_gear_high_max_vel_deg_per_s = InUnits("js_gear_high_max_vel", "velocity", "deg/s")
+    """``js_gear_high_max_vel`` in deg/s, for a rotary stage."""
     js_gear_low_accn = Raw("js_gear_low_accn")
     """Acceleration in low gear; in counts; scale to mm/s^2 depends on the stage; from 0 to 4294967295."""
     js_gear_low_accn_mm_per_s2 = InUnits("js_gear_low_accn", "acceleration", "mm/s^2")
     """``js_gear_low_accn`` in mm/s^2; the scale depends on the stage and its controller."""
+    js_gear_low_accn_deg_per_s2 = InUnits("js_gear_low_accn", "acceleration", "deg/s^2")
+    """``js_gear_low_accn`` in deg/s^2, for a rotary stage."""
     js_gear_high_accn = Raw("js_gear_high_accn")
     """Acceleration in high gear; in counts; scale to mm/s^2 depends on the stage; from 0 to
     4294967295."""
     js_gear_high_accn_mm_per_s2 = InUnits("js_gear_high_accn", "acceleration", "mm/s^2")
     """``js_gear_high_accn`` in mm/s^2; the scale depends on the stage and its controller."""
+    js_gear_high_accn_deg_per_s2 = InUnits("js_gear_high_accn", "acceleration", "deg/s^2")
+    """``js_gear_high_accn`` in deg/s^2, for a rotary stage."""
     dir_sense = Named("dir_sense", e.DirectionSense)
     """:class:`~.DirectionSense`; from 0 to 65535."""
 
@@ -985,27 +1089,37 @@ class PmdStageAxisParams(Values[m.MotGetPmdStageAxisParams]):
     stage; from -2147483648 to 2147483647."""
     min_pos_mm = InUnits("min_pos", "position", "mm")
     """``min_pos`` in mm; the scale depends on the stage and its controller."""
+    min_pos_deg = InUnits("min_pos", "position", "deg")
+    """``min_pos`` in deg, for a rotary stage."""
     max_pos = Raw("max_pos")
     """Maximum position in encoder counts; a set can only lower it; in counts; scale to mm depends on
     the stage; from -2147483648 to 2147483647."""
     max_pos_mm = InUnits("max_pos", "position", "mm")
     """``max_pos`` in mm; the scale depends on the stage and its controller."""
+    max_pos_deg = InUnits("max_pos", "position", "deg")
+    """``max_pos`` in deg, for a rotary stage."""
     max_accn = Raw("max_accn")
     """Maximum acceleration. Printed as counts per cycle per cycle; the numbers in the example are
     those times 65536. In counts; scale to mm/s^2 depends on the stage; from -2147483648 to
     2147483647."""
     max_accn_mm_per_s2 = InUnits("max_accn", "acceleration", "mm/s^2")
     """``max_accn`` in mm/s^2; the scale depends on the stage and its controller."""
+    max_accn_deg_per_s2 = InUnits("max_accn", "acceleration", "deg/s^2")
+    """``max_accn`` in deg/s^2, for a rotary stage."""
     max_dec = Raw("max_dec")
     """Maximum deceleration; same scale as max_accn; in counts; scale to mm/s^2 depends on the stage;
     from -2147483648 to 2147483647."""
     max_dec_mm_per_s2 = InUnits("max_dec", "acceleration", "mm/s^2")
     """``max_dec`` in mm/s^2; the scale depends on the stage and its controller."""
+    max_dec_deg_per_s2 = InUnits("max_dec", "acceleration", "deg/s^2")
+    """``max_dec`` in deg/s^2, for a rotary stage."""
     max_vel = Raw("max_vel")
     """Maximum velocity. Printed as counts per cycle; the number in the example is that times 65536. In
     counts; scale to mm/s depends on the stage; from -2147483648 to 2147483647."""
     max_vel_mm_per_s = InUnits("max_vel", "velocity", "mm/s")
     """``max_vel`` in mm/s; the scale depends on the stage and its controller."""
+    max_vel_deg_per_s = InUnits("max_vel", "velocity", "deg/s")
+    """``max_vel`` in deg/s, for a rotary stage."""
 
 
 class BowIndex(Values[m.MotGetBowIndex]):
@@ -1063,11 +1177,15 @@ class KcubeMmiParams(Values[m.MotGetKcubeMmiParams | m.MotGetKcubeMmiParamsShort
     -2147483648 to 2147483647."""
     js_max_vel_mm_per_s = InUnits("js_max_vel", "velocity", "mm/s")
     """``js_max_vel`` in mm/s; the scale depends on the stage and its controller."""
+    js_max_vel_deg_per_s = InUnits("js_max_vel", "velocity", "deg/s")
+    """``js_max_vel`` in deg/s, for a rotary stage."""
     js_accn = Raw("js_accn")
     """Maximum acceleration of moves with the wheel; in counts; scale to mm/s^2 depends on the stage;
     from -2147483648 to 2147483647."""
     js_accn_mm_per_s2 = InUnits("js_accn", "acceleration", "mm/s^2")
     """``js_accn`` in mm/s^2; the scale depends on the stage and its controller."""
+    js_accn_deg_per_s2 = InUnits("js_accn", "acceleration", "deg/s^2")
+    """``js_accn`` in deg/s^2, for a rotary stage."""
     dir_sense = Named("dir_sense", e.WheelDirection)
     """:class:`~.WheelDirection`; from 0 to 65535."""
     preset_pos1 = Raw("preset_pos1")
@@ -1075,11 +1193,15 @@ class KcubeMmiParams(Values[m.MotGetKcubeMmiParams | m.MotGetKcubeMmiParamsShort
     -2147483648 to 2147483647."""
     preset_pos1_mm = InUnits("preset_pos1", "position", "mm")
     """``preset_pos1`` in mm; the scale depends on the stage and its controller."""
+    preset_pos1_deg = InUnits("preset_pos1", "position", "deg")
+    """``preset_pos1`` in deg, for a rotary stage."""
     preset_pos2 = Raw("preset_pos2")
     """Second position in GO_TO_POSITION mode; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     preset_pos2_mm = InUnits("preset_pos2", "position", "mm")
     """``preset_pos2`` in mm; the scale depends on the stage and its controller."""
+    preset_pos2_deg = InUnits("preset_pos2", "position", "deg")
+    """``preset_pos2`` in deg, for a rotary stage."""
     disp_brightness = Raw("disp_brightness")
     """Brightness of the display; 0 is off. The MENU button still lights it up for a moment. In counts
     of 1 percent; from 0 to 100."""
@@ -1098,6 +1220,8 @@ class KcubeMmiParams(Values[m.MotGetKcubeMmiParams | m.MotGetKcubeMmiParamsShort
     stage; from -2147483648 to 2147483647."""
     preset_pos3_mm = InUnits("preset_pos3", "position", "mm")
     """``preset_pos3`` in mm; the scale depends on the stage and its controller."""
+    preset_pos3_deg = InUnits("preset_pos3", "position", "deg")
+    """``preset_pos3`` in deg, for a rotary stage."""
     js_sensitivity = Raw("js_sensitivity")
     """Sensitivity of the joystick, from zero to its maximum; only on the BBD30x; from 0 to 65535."""
 
@@ -1118,11 +1242,15 @@ class KcubeMmiParamsShort(Values[m.MotGetKcubeMmiParamsShort]):
     -2147483648 to 2147483647."""
     js_max_vel_mm_per_s = InUnits("js_max_vel", "velocity", "mm/s")
     """``js_max_vel`` in mm/s; the scale depends on the stage and its controller."""
+    js_max_vel_deg_per_s = InUnits("js_max_vel", "velocity", "deg/s")
+    """``js_max_vel`` in deg/s, for a rotary stage."""
     js_accn = Raw("js_accn")
     """Maximum acceleration of moves with the wheel; in counts; scale to mm/s^2 depends on the stage;
     from -2147483648 to 2147483647."""
     js_accn_mm_per_s2 = InUnits("js_accn", "acceleration", "mm/s^2")
     """``js_accn`` in mm/s^2; the scale depends on the stage and its controller."""
+    js_accn_deg_per_s2 = InUnits("js_accn", "acceleration", "deg/s^2")
+    """``js_accn`` in deg/s^2, for a rotary stage."""
     dir_sense = Named("dir_sense", e.WheelDirection)
     """:class:`~.WheelDirection`; from 0 to 65535."""
     preset_pos1 = Raw("preset_pos1")
@@ -1130,11 +1258,15 @@ class KcubeMmiParamsShort(Values[m.MotGetKcubeMmiParamsShort]):
     -2147483648 to 2147483647."""
     preset_pos1_mm = InUnits("preset_pos1", "position", "mm")
     """``preset_pos1`` in mm; the scale depends on the stage and its controller."""
+    preset_pos1_deg = InUnits("preset_pos1", "position", "deg")
+    """``preset_pos1`` in deg, for a rotary stage."""
     preset_pos2 = Raw("preset_pos2")
     """Second position in GO_TO_POSITION mode; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     preset_pos2_mm = InUnits("preset_pos2", "position", "mm")
     """``preset_pos2`` in mm; the scale depends on the stage and its controller."""
+    preset_pos2_deg = InUnits("preset_pos2", "position", "deg")
+    """``preset_pos2`` in deg, for a rotary stage."""
     disp_brightness = Raw("disp_brightness")
     """Brightness of the display; in counts of 1 percent; from 0 to 100."""
     disp_brightness_percent = InUnits("disp_brightness", "percent", "percent")
@@ -1200,11 +1332,15 @@ class KcubePosTrigParams(Values[m.MotGetKcubePosTrigParams | m.MotGetKcubePosTri
     from -2147483648 to 2147483647."""
     start_pos_fwd_mm = InUnits("start_pos_fwd", "position", "mm")
     """``start_pos_fwd`` in mm; the scale depends on the stage and its controller."""
+    start_pos_fwd_deg = InUnits("start_pos_fwd", "position", "deg")
+    """``start_pos_fwd`` in deg, for a rotary stage."""
     interval_fwd = Raw("interval_fwd")
     """Distance between pulses on the way forward; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     interval_fwd_mm = InUnits("interval_fwd", "position", "mm")
     """``interval_fwd`` in mm; the scale depends on the stage and its controller."""
+    interval_fwd_deg = InUnits("interval_fwd", "position", "deg")
+    """``interval_fwd`` in deg, for a rotary stage."""
     num_pulses_fwd = Raw("num_pulses_fwd")
     """Number of pulses on the way forward; from -2147483648 to 2147483647."""
     start_pos_rev = Raw("start_pos_rev")
@@ -1212,11 +1348,15 @@ class KcubePosTrigParams(Values[m.MotGetKcubePosTrigParams | m.MotGetKcubePosTri
     -2147483648 to 2147483647."""
     start_pos_rev_mm = InUnits("start_pos_rev", "position", "mm")
     """``start_pos_rev`` in mm; the scale depends on the stage and its controller."""
+    start_pos_rev_deg = InUnits("start_pos_rev", "position", "deg")
+    """``start_pos_rev`` in deg, for a rotary stage."""
     interval_rev = Raw("interval_rev")
     """Distance between pulses on the way back; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     interval_rev_mm = InUnits("interval_rev", "position", "mm")
     """``interval_rev`` in mm; the scale depends on the stage and its controller."""
+    interval_rev_deg = InUnits("interval_rev", "position", "deg")
+    """``interval_rev`` in deg, for a rotary stage."""
     num_pulses_rev = Raw("num_pulses_rev")
     """Number of pulses on the way back; from -2147483648 to 2147483647."""
     pulse_width = Raw("pulse_width")
@@ -1241,11 +1381,15 @@ class KcubePosTrigParamsShort(Values[m.MotGetKcubePosTrigParamsShort]):
     from -2147483648 to 2147483647."""
     start_pos_fwd_mm = InUnits("start_pos_fwd", "position", "mm")
     """``start_pos_fwd`` in mm; the scale depends on the stage and its controller."""
+    start_pos_fwd_deg = InUnits("start_pos_fwd", "position", "deg")
+    """``start_pos_fwd`` in deg, for a rotary stage."""
     interval_fwd = Raw("interval_fwd")
     """Distance between pulses on the way forward; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     interval_fwd_mm = InUnits("interval_fwd", "position", "mm")
     """``interval_fwd`` in mm; the scale depends on the stage and its controller."""
+    interval_fwd_deg = InUnits("interval_fwd", "position", "deg")
+    """``interval_fwd`` in deg, for a rotary stage."""
     num_pulses_fwd = Raw("num_pulses_fwd")
     """Number of pulses on the way forward; from -2147483648 to 2147483647."""
     start_pos_rev = Raw("start_pos_rev")
@@ -1253,11 +1397,15 @@ class KcubePosTrigParamsShort(Values[m.MotGetKcubePosTrigParamsShort]):
     -2147483648 to 2147483647."""
     start_pos_rev_mm = InUnits("start_pos_rev", "position", "mm")
     """``start_pos_rev`` in mm; the scale depends on the stage and its controller."""
+    start_pos_rev_deg = InUnits("start_pos_rev", "position", "deg")
+    """``start_pos_rev`` in deg, for a rotary stage."""
     interval_rev = Raw("interval_rev")
     """Distance between pulses on the way back; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     interval_rev_mm = InUnits("interval_rev", "position", "mm")
     """``interval_rev`` in mm; the scale depends on the stage and its controller."""
+    interval_rev_deg = InUnits("interval_rev", "position", "deg")
+    """``interval_rev`` in deg, for a rotary stage."""
     num_pulses_rev = Raw("num_pulses_rev")
     """Number of pulses on the way back; from -2147483648 to 2147483647."""
     pulse_width = Raw("pulse_width")
@@ -1336,16 +1484,22 @@ class LcdMoveParams(Values[m.MotGetLcdMoveParams | m.MotGetLcdMoveParamsShort]):
     2147483647."""
     jog_step_size_mm = InUnits("jog_step_size", "position", "mm")
     """``jog_step_size`` in mm; the scale depends on the stage and its controller."""
+    jog_step_size_deg = InUnits("jog_step_size", "position", "deg")
+    """``jog_step_size`` in deg, for a rotary stage."""
     accn = Raw("accn")
     """Acceleration of the moves; in counts; scale to mm/s^2 depends on the stage; from -2147483648 to
     2147483647."""
     accn_mm_per_s2 = InUnits("accn", "acceleration", "mm/s^2")
     """``accn`` in mm/s^2; the scale depends on the stage and its controller."""
+    accn_deg_per_s2 = InUnits("accn", "acceleration", "deg/s^2")
+    """``accn`` in deg/s^2, for a rotary stage."""
     max_vel = Raw("max_vel")
     """Maximum velocity of the moves; in counts; scale to mm/s depends on the stage; from -2147483648
     to 2147483647."""
     max_vel_mm_per_s = InUnits("max_vel", "velocity", "mm/s")
     """``max_vel`` in mm/s; the scale depends on the stage and its controller."""
+    max_vel_deg_per_s = InUnits("max_vel", "velocity", "deg/s")
+    """``max_vel`` in deg/s, for a rotary stage."""
     jog_stop_mode = Named("jog_stop_mode", e.StopMode)
     """:class:`~.StopMode`; from 0 to 65535."""
     preset_pos = Raw("preset_pos")
@@ -1353,16 +1507,22 @@ class LcdMoveParams(Values[m.MotGetLcdMoveParams | m.MotGetLcdMoveParamsShort]):
     2147483647."""
     preset_pos_mm = InUnits("preset_pos", "position", "mm")
     """``preset_pos`` in mm; the scale depends on the stage and its controller."""
+    preset_pos_deg = InUnits("preset_pos", "position", "deg")
+    """``preset_pos`` in deg, for a rotary stage."""
     preset_pos2 = Raw("preset_pos2")
     """Second preset position; not in the document; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     preset_pos2_mm = InUnits("preset_pos2", "position", "mm")
     """``preset_pos2`` in mm; the scale depends on the stage and its controller."""
+    preset_pos2_deg = InUnits("preset_pos2", "position", "deg")
+    """``preset_pos2`` in deg, for a rotary stage."""
     preset_pos3 = Raw("preset_pos3")
     """Third preset position; not in the document; in counts; scale to mm depends on the stage; from
     -2147483648 to 2147483647."""
     preset_pos3_mm = InUnits("preset_pos3", "position", "mm")
     """``preset_pos3`` in mm; the scale depends on the stage and its controller."""
+    preset_pos3_deg = InUnits("preset_pos3", "position", "deg")
+    """``preset_pos3`` in deg, for a rotary stage."""
 
 
 class LcdMoveParamsShort(Values[m.MotGetLcdMoveParamsShort]):
@@ -1381,22 +1541,30 @@ class LcdMoveParamsShort(Values[m.MotGetLcdMoveParamsShort]):
     2147483647."""
     jog_step_size_mm = InUnits("jog_step_size", "position", "mm")
     """``jog_step_size`` in mm; the scale depends on the stage and its controller."""
+    jog_step_size_deg = InUnits("jog_step_size", "position", "deg")
+    """``jog_step_size`` in deg, for a rotary stage."""
     accn = Raw("accn")
     """Acceleration of the moves; in counts; scale to mm/s^2 depends on the stage; from -2147483648 to
     2147483647."""
     accn_mm_per_s2 = InUnits("accn", "acceleration", "mm/s^2")
     """``accn`` in mm/s^2; the scale depends on the stage and its controller."""
+    accn_deg_per_s2 = InUnits("accn", "acceleration", "deg/s^2")
+    """``accn`` in deg/s^2, for a rotary stage."""
     max_vel = Raw("max_vel")
     """Maximum velocity of the moves; in counts; scale to mm/s depends on the stage; from -2147483648
     to 2147483647."""
     max_vel_mm_per_s = InUnits("max_vel", "velocity", "mm/s")
     """``max_vel`` in mm/s; the scale depends on the stage and its controller."""
+    max_vel_deg_per_s = InUnits("max_vel", "velocity", "deg/s")
+    """``max_vel`` in deg/s, for a rotary stage."""
     jog_stop_mode = Named("jog_stop_mode", e.StopMode)
     """:class:`~.StopMode`; from 0 to 65535."""
     preset_pos = Raw("preset_pos")
     """Preset position; in counts; scale to mm depends on the stage; from -2147483648 to 2147483647."""
     preset_pos_mm = InUnits("preset_pos", "position", "mm")
     """``preset_pos`` in mm; the scale depends on the stage and its controller."""
+    preset_pos_deg = InUnits("preset_pos", "position", "deg")
+    """``preset_pos`` in deg, for a rotary stage."""
 
 
 class RasterMoveParams(Values[m.MotGetRasterMoveParams]):
@@ -1419,10 +1587,14 @@ class RasterMoveParams(Values[m.MotGetRasterMoveParams]):
     position steps. In counts; scale to mm depends on the stage; from -2147483648 to 2147483647."""
     start_pos_x_mm = InUnits("start_pos_x", "position", "mm")
     """``start_pos_x`` in mm; the scale depends on the stage and its controller."""
+    start_pos_x_deg = InUnits("start_pos_x", "position", "deg")
+    """``start_pos_x`` in deg, for a rotary stage."""
     rel_distance_x = Raw("rel_distance_x")
     """Step of the X axis; in counts; scale to mm depends on the stage; from -2147483648 to 2147483647."""
     rel_distance_x_mm = InUnits("rel_distance_x", "position", "mm")
     """``rel_distance_x`` in mm; the scale depends on the stage and its controller."""
+    rel_distance_x_deg = InUnits("rel_distance_x", "position", "deg")
+    """``rel_distance_x`` in deg, for a rotary stage."""
     num_cycles_x = Raw("num_cycles_x")
     """Number of steps of the X axis; from -2147483648 to 2147483647."""
     dwell_time_x = Raw("dwell_time_x")
@@ -1434,10 +1606,14 @@ class RasterMoveParams(Values[m.MotGetRasterMoveParams]):
     from -2147483648 to 2147483647."""
     start_pos_y_mm = InUnits("start_pos_y", "position", "mm")
     """``start_pos_y`` in mm; the scale depends on the stage and its controller."""
+    start_pos_y_deg = InUnits("start_pos_y", "position", "deg")
+    """``start_pos_y`` in deg, for a rotary stage."""
     rel_distance_y = Raw("rel_distance_y")
     """Step of the Y axis; in counts; scale to mm depends on the stage; from -2147483648 to 2147483647."""
     rel_distance_y_mm = InUnits("rel_distance_y", "position", "mm")
     """``rel_distance_y`` in mm; the scale depends on the stage and its controller."""
+    rel_distance_y_deg = InUnits("rel_distance_y", "position", "deg")
+    """``rel_distance_y`` in deg, for a rotary stage."""
     num_cycles_y = Raw("num_cycles_y")
     """Number of steps of the Y axis; from -2147483648 to 2147483647."""
     dwell_time_y = Raw("dwell_time_y")

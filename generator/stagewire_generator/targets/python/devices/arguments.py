@@ -81,11 +81,13 @@ class Way(NamedTuple):
     """A unit in which a value may be given.
 
     :param case: the value of the setting with which the unit applies; empty if no setting decides.
+    :param rotary: whether it is the unit on a rotary stage; None if the stage does not matter.
     """
 
     keyword: str
     unit: str
     case: str
+    rotary: bool | None = None
 
 
 class Argument(NamedTuple):
@@ -131,7 +133,7 @@ def arguments_of(
     things = [[single if alone and single and units[f.name] else f.name] for f in fields]
     counted = len(things)
     for field in fields:
-        for unit, _ in units[field.name]:
+        for unit, _, _ in units[field.name]:
             things.append(_names(field.name, unit_words(unit), words, alone))
     taken = ARGUMENTS - {single}
     names = apart(things, taken, "value")
@@ -142,7 +144,7 @@ def arguments_of(
         Argument(
             field,
             keyword,
-            tuple(Way(next(rest), unit, case) for unit, case in units[field.name]),
+            tuple(Way(next(rest), *unit) for unit in units[field.name]),
             defaults.get(field.name),
             any(field.name not in names for names in partial),
         )
@@ -161,12 +163,15 @@ def _names(field: str, unit: str, words: Sequence[str], alone: bool) -> list[str
     return [unit, *names] if alone else names
 
 
-def _units(quantity: Quantity | None) -> Iterator[tuple[str, str]]:
-    """Yield the units of a quantity, each with its value of the setting."""
+def _units(quantity: Quantity | None) -> Iterator[tuple[str, str, bool | None]]:
+    """Yield the units of a quantity, each with its value of the setting, and whether the stage is rotary."""
     if quantity is None:
         return
     if "cases" in quantity.rule:
         for case, entry in quantity.rule["cases"].items():
-            yield entry["unit"], case
+            yield entry["unit"], case, None
+    elif quantity.rotary_unit:
+        yield quantity.unit, "", False
+        yield quantity.rotary_unit, "", True
     elif quantity.unit:
-        yield quantity.unit, ""
+        yield quantity.unit, "", None

@@ -83,6 +83,8 @@ def unit_text(argument: Argument, way: Way) -> str:
     assert quantity
     case = f", if {quantity.rule['setting']} is {way.case}" if way.case else ""
     text = f"``{argument.keyword}`` in {way.unit}{case}"
+    if way.rotary:
+        return f"{text}, for a rotary stage"
     scale = quantity.factor or quantity.rule
     if way.case:
         scale = quantity.rule["cases"][way.case]["scale"]

@@ -241,7 +241,7 @@ def _loops(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 @LOOPS.check(
     "{placed.set.set} is read back while the channel is disabled, at {placed.text}",
     seconds=0.8,
-    needs={Need.SETTINGS, Need.MOTION},
+    needs={Need.TUNING, Need.MOTION},
     does="disables each channel, slightly reduces {fields} of {placed.set.set}, restores them, and "
     "enables the channel again",
     each=_loops,

@@ -40,7 +40,7 @@ ELSEWHERE = frozenset(
 )  # fmt: skip
 """Sets that have checks of their own, because they are live or take effect immediately."""
 
-NEEDS = {"settings": Need.SETTINGS, "motion": Need.MOTION}
+NEEDS = {"settings": Need.SETTINGS, "tuning": Need.TUNING, "motion": Need.MOTION}
 """Effect of a SET -> the permission that it needs."""
 
 

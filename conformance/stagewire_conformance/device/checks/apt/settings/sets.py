@@ -296,7 +296,7 @@ class Neighbours:
         before = []
         channel = placed.channel or next(iter(placed.place.channels), None)
         for one in parameter_sets(trial.declared, placed.place):
-            is_still = one.effect == "settings" and not one.name.endswith("COUNTER")
+            is_still = one.effect in ("settings", "tuning") and not one.name.endswith("COUNTER")
             if is_still and one.name != placed.set.name and not one.skip:
                 other = PlacedSet(placed.place, channel if one.has_channel else None, one)
                 values = _present(trial, other)
