@@ -18,10 +18,11 @@ import importlib.metadata
 import json
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 
 class Verdict(StrEnum):
@@ -84,6 +85,22 @@ class Results:
             self._add(subject, what, Verdict.FAILED, f"works, although: {reason}")
         else:
             self._add(subject, what, Verdict.KNOWN, reason)
+
+    def call(self, subject: str, what: str, function: Callable[[], Any], reason: str = "") -> Any:
+        """Call a function that must not raise, or that is known to raise if there is a reason.
+
+        Return its value, or None if it raised.
+        """
+        value, error = None, ""
+        try:
+            value = function()
+        except Exception as raised:
+            error = f"{type(raised).__name__}: {raised}"
+        if reason:
+            self.known(subject, what, not error, reason)
+        else:
+            self.check(subject, what, not error, error)
+        return value
 
     def finish(self) -> None:
         """Write the results to the file of ``--results``, or print them, and end the program."""

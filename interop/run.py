@@ -18,7 +18,14 @@ from pathlib import Path
 from results import Result, Verdict, read, show
 
 HERE = Path(__file__).parent
-PROGRAMS = ("xa_drives_virtual",)
+PROGRAMS = (
+    "xa_drives_virtual",
+    "devices_drive_xa",
+    "pnpq_drives_virtual",
+    "apt_device_drives_virtual",
+    "qmi_drives_virtual",
+    "pylablib_drives_virtual",
+)
 """The programs, in this folder; each is a module with the docstring that explains it."""
 LONGEST = 900
 """The seconds after which a program is ended."""
