@@ -13,7 +13,7 @@
 #   make fuzz      thirty million executions of the codecs, all kinds of user input for the command, and all kinds
 #                  of bytes for the virtual controllers
 # For a release, make archives builds the sdist, the wheel and the C archive in dist/.
-#   make interop   third-party clients drive virtual controllers, among them the vendor's XA SDK; no part of make test
+#   make interop   third-party clients drive virtual controllers, among them the vendor's XA SDK; not part of make test
 # The targets use separate virtual environments below .venv/.
 
 PYTHON ?= python3

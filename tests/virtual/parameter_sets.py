@@ -21,7 +21,7 @@ def address_of(unit: str) -> int:
 def plain_sets(unit: str) -> list[tuple[Any, Any, Any]]:
     """Return (SET, REQ, GET) of the sets that a unit stores and returns.
 
-    A set whose request also names a connector is left out.
+    A set whose request also names a connector, and a set of the unit as a whole, are left out.
     """
     registry = PROTOCOL.registry()["sets"]
     found = [
@@ -29,7 +29,7 @@ def plain_sets(unit: str) -> list[tuple[Any, Any, Any]]:
         for names in registry.values()
         if {"set", "req", "get"} <= names.keys()
         and {names["set"], names["req"], names["get"]} <= UNITS[unit].messages
-        and not names["set"].startswith("RACK_")
+        and not names["set"].startswith(("RACK_", "HW_"))
     ]
     return [one for one in found if {*one[1].__match_args__} <= {"chan_ident"}]
 

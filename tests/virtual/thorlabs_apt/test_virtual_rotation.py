@@ -79,7 +79,7 @@ def test_homing_after_several_turns_takes_less_than_a_turn() -> None:
     assert (when - begin) / SECOND < 10
 
 
-def test_without_a_switch_homing_goes_on_until_it_is_stopped() -> None:
+def test_without_a_switch_homing_continues_until_it_is_stopped() -> None:
     host = rotation(90)
     home(host, 0, 0)
     assert host.kinds == []

@@ -1,4 +1,4 @@
-"""What a controller reports about itself and its stage, and messages that real clients send."""
+"""The identity and the stage that a controller reports, and messages that real clients send."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ def test_the_option_replaces_the_id_of_the_stage() -> None:
 @pytest.mark.parametrize(
     ("stage", "stage_id", "axis_id", "name"),
     [
-        ("MLS203_X", 0x10, 0x10, "MLS203 X"),
-        ("MLS203_Y", 0x11, 0x11, "MLS203 Y"),
+        ("MLS203_X", 0x10, 0x10, "MLS203 X Axis"),
+        ("MLS203_Y", 0x11, 0x11, "MLS203 Y Axis"),
         ("DDS220", 0x13, 0x12, "DDS220"),
         ("DDR100", 0x75, 0x03, "DDR100"),
     ],

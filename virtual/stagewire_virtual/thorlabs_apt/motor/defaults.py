@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stagewire.quantities import EndlessTravel, Limit
+from stagewire.quantities import EndlessTravel, Limit, find_stages
 from stagewire_apt.enumerations import (
     ButtonMode,
     CurrentPhase,
@@ -240,11 +240,14 @@ def _names_of_stage(channel: Channel) -> Mapping[str, Any]:
             "axis_id": _AXES["x"],
             "part_no_axis": "MLS203 X Axis",
         }
-    kind = "rotary" if stage.rotary else stage.name.rpartition("_")[2].lower()
+    for first in find_stages(channel.unit.protocol.package, f"{stage.name}_X"):
+        stage = first  # a stage with two axes
+    name, _, axis = stage.name.partition("_")
+    kind = "rotary" if stage.rotary else axis.lower()
     return {
         "stage_id": reported_id(channel.unit, stage, "MOT_GET_PMDSTAGEAXISPARAMS.stage_id"),
         "axis_id": _AXES.get(kind, _AXES["single"]),
-        "part_no_axis": stage.name.replace("_", " ")[:_PART_NUMBER],
+        "part_no_axis": (f"{name} {axis} Axis" if axis else name)[:_PART_NUMBER],
     }
 
 

@@ -38,6 +38,8 @@ from stagewire_virtual.thorlabs_apt.motor.travel import active_limits, index_run
 
 _SCALES: Final = 6 + 50
 """The offset of the reserved bytes in the frame of MOT_GET_PMDSTAGEAXISPARAMS."""
+_SINCE: Final = "Issue 37"
+"""The document of the units that fill them; the example of a unit of Issue 3 has zeros there (page 76)."""
 _FASTEST: Final = 0x7FFF
 """The highest velocity that fits into a DC status."""
 
@@ -128,7 +130,7 @@ class StageChannel(Behaviour):
         1.9.1.28993), and cannot convert positions if they are 0.
         """
         scales = self._scales
-        if not scales.counts_per_mm:
+        if not scales.counts_per_mm or self.channel.unit.facts.get("document") != _SINCE:
             return message
         counts = float(scales.counts_per_mm)
         raw = message.pack(0, 0)
