@@ -30,6 +30,14 @@ NEAR = 1e-4
 """The largest difference of positions in mm or degrees, which the live table shows with four digits."""
 
 
+OPENS = "opens"
+READS = "reads all parameters"
+HOME_OF_BRUSHLESS = (
+    "get_home_params: the Python wrapper has no direction 0, which the example of the document "
+    "(Issue 3, page 38) has for brushless stages"
+)
+
+
 @dataclass(frozen=True)
 class Case:
     """A virtual controller for the SDK.
@@ -37,8 +45,9 @@ class Case:
     :param unit: its unit.
     :param serial_number: its serial number, with the prefix by which the SDK chooses its class.
     :param opens_as: the class that the SDK makes for it.
-    :param stage: the name of its stage; empty for a built-in one.
-    :param options: further options of the virtual controller.
+    :param stage: the name of its stage; empty for a built-in one, or without one.
+    :param product: the connected product to set, in the words of the SDK, if the unit does not report it.
+    :param moves: whether it has a motor of its own; the base of a rack has none.
     :param known: expectation -> why it does not hold.
     """
 
@@ -46,34 +55,90 @@ class Case:
     serial_number: int
     opens_as: str
     stage: str = ""
-    options: Mapping[str, Any] = field(default_factory=dict)
+    product: str = ""
+    moves: bool = True
     known: Mapping[str, str] = field(default_factory=dict)
 
 
+REFUSED = "the SDK does not support this unit; it disconnects after HW_GET_INFO"
 CASES = (
     Case("KDC101", 27000001, "Kdc101", "Z825B"),
     Case("KST201", 26000001, "Kst201", "ZST213"),
     Case("LTS300", 45000001, "LinearTranslationStage"),
-    Case("LTS150", 45000001, "LinearTranslationStage"),
+    Case("LTS150", 45000002, "LinearTranslationStage"),
+    Case("KBD101", 28000001, "Kbd101", "DDS100", known={READS: HOME_OF_BRUSHLESS}),
+    Case("TBD001", 67000001, "Tbd001", "DDS220", known={READS: HOME_OF_BRUSHLESS}),
+    Case(
+        "BSC201",
+        40000001,
+        "Bsc201",
+        "NRT100",
+        product="NRT100",
+        known={
+            READS: "get_profile_mode_params: it asks for 0x04E4, which only brushless units have"
+        },
+    ),
+    Case(
+        "BSC203",
+        70000001,
+        "Bsc20x",
+        "NRT100",
+        moves=False,
+        known={READS: "get_digital_output_states: the list of page 16 has no RACK_REQ_DIGOUTPUTS"},
+    ),
+    Case(
+        "BBD302",
+        103000001,
+        "Bbd30x",
+        "DDS220",
+        moves=False,
+        known={OPENS: "it asks the motherboard for 0x0270; ours has these messages in its bays"},
+    ),
+    Case(
+        "BBD202",
+        73000001,
+        "Bbd20x",
+        "DDS220",
+        moves=False,
+        known={OPENS: REFUSED},
+    ),
+    Case(
+        "KST101",
+        26000002,
+        "Kst101",
+        "ZST213",
+        known={OPENS: "it refuses firmware 1, and takes a KST101 with firmware 2 for a KST201"},
+    ),
+    Case("K10CR1", 55000001, "", known={OPENS: REFUSED}),
+    Case("MFF101", 37000001, "", known={OPENS: REFUSED}),
 )
+"""The units in the order of their value for users."""
+
+ACTIONS = {
+    "home": "homes",
+    "move to a position": "moves to a position",
+    "move by a distance": "moves by a distance",
+    "jog": "jogs",
+    "start": "moves on",
+    "stop": "stops",
+}
+"""Calls of the client, and the expectations that they meet."""
 
 
 def drive(case: Case) -> tuple[dict[str, Any], Watched]:
     """Let the SDK drive a virtual controller; return the outcomes of its calls and what it asked."""
-    options = dict(case.options)
-    if case.stage:
-        options["stage"] = getattr(stages, case.stage)
-    controller = getattr(virtual, case.unit)(serial_number=case.serial_number, **options)
+    stage = getattr(stages, case.stage) if case.stage else None
+    controller = getattr(virtual, case.unit)(serial_number=case.serial_number, stage=stage)
     with on_tcp(controller) as watched, tempfile.TemporaryDirectory() as home:
         file = Path(home, "found.json")
-        transport = watched.url.removeprefix("socket://")
-        command = [sys.executable, str(CLIENT), str(case.serial_number), transport, str(file)]
-        environment = {**os.environ, "HOME": home}
+        arguments = [str(case.serial_number), watched.url.removeprefix("socket://"), str(file)]
+        if case.product:
+            arguments.append(case.product)
         try:
             subprocess.run(
-                command,
-                env=environment,
-                stdout=subprocess.DEVNULL,
+                [sys.executable, str(CLIENT), *arguments],
+                env={**os.environ, "HOME": home},  # it writes a log there
+                stdout=subprocess.DEVNULL,  # it prints its errors
                 timeout=LONGEST,
                 check=False,
             )
@@ -95,20 +160,28 @@ def judge(results: Results, case: Case, found: Mapping[str, Any], watched: Watch
 
     opened = found.get("open", {"value": None, "error": "the SDK ended"})
     detail = opened["value"] or f"{opened['error']}; refused: {'; '.join(watched.refused) or '-'}"
-    expect(f"opens as {case.opens_as}", opened["value"] == case.opens_as, detail)
+    expect(OPENS, opened["value"] is not None and opened["value"] == case.opens_as, detail)
     if opened["value"] is None:
         return
     reads = {name: value for name, value in found.items() if name.startswith("get_")}
     failed = {name: value["error"] for name, value in reads.items() if value["error"]}
-    expect("reads all parameters", not failed, f"{len(reads)} read; not read: {failed or '-'}")
-    for what in ("home", "move to a position", "move by a distance", "jog", "start", "stop"):
-        error = found.get(what, {"error": "not called"})["error"]
-        expect(f"{what}s" if what in ("home", "jog", "stop") else what, not error, error)
+    detail = f"{len(reads)} calls; failed: {failed or '-'}"
+    excused = case.known.get(READS, "").partition(":")[0]
+    results.check(case.unit, READS, not failed.keys() - {excused}, detail)
+    if excused:
+        results.known(case.unit, excused, excused not in failed, case.known[READS])
+    if not case.moves:
+        return
+    for call, what in ACTIONS.items():
+        error = found.get(call, {"error": "not called"})["error"]
+        expect(what, not error, error)
     home = found.get("home: counts", {}).get("value")
     expect("is at 0 after homing", home == 0, f"{home} counts")
     moved = found.get("move to a position: counts", {}).get("value")
     target = found.get("target", {}).get("value")
-    expect("reaches its target", moved == target, f"{moved} of {target} counts")
+    expect(
+        "reaches its target", target is not None and moved == target, f"{moved} of {target} counts"
+    )
     expect("rests after a stop", found.get("at rest", {}).get("value") is True, "")
     physical = (found.get("rest: physical", {}).get("value") or [None])[0]
     own, unit = found["position"].split()
@@ -123,8 +196,7 @@ def main() -> None:
         named = [argument for argument in sys.argv[1:] if argument.isalnum()]
         for case in CASES:
             if not named or case.unit in named:
-                found, watched = drive(case)
-                judge(results, case, found, watched)
+                judge(results, case, *drive(case))
     results.finish()
 
 

@@ -22,6 +22,7 @@ Examples:
   stagewire move /dev/ttyUSB0 --stage Z8 --travel 12 --to 1.5
   stagewire move COM3 --stage PRM1-Z8 --to 30deg
   stagewire move COM3 --counts --by -2000
+  stagewire move COM4 --unit MFF101 --to 2
   stagewire move socket://10.0.0.5:4001 --unit BBD102 --stage MLS203 --bay 2 --to 10 --yes
 """
 HOME_EXAMPLE = """\b

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -30,6 +31,7 @@ from stagewire_cli.status import Value, numbers_of, status_of
 from stagewire_cli.target import Target
 
 _PIECE = 0.25  # seconds
+_GIVEN_UNIT = re.compile("[a-z]")
 _STOP_TIMEOUT = 10.0  # seconds in which a stopped stage must come to rest
 _ENABLE = (
     "; a stop disables the motor: enable it with start_motor() of the library, then move again"
@@ -107,6 +109,9 @@ def run_move(
     :param options: options of its class; None means not given.
     """
     with _opened_part(where, yes, timeout, **options) as (device, name, part):
+        if hasattr(part, "move_to"):
+            run_positions_move(device, part, target, timeout, yes=yes)
+            return
         start = _call(device, part, f"start_move_{'relative' if target.relative else 'absolute'}")
         given = target.given(start, part, device.unit.name)
         saying = f"will move from {_position(part)} {target}"
@@ -115,6 +120,31 @@ def run_move(
             return target.is_met_by(status_of(part))
 
         _act(device, name, part, saying, lambda: start(**given), timeout, yes, there)
+
+
+def run_positions_move(
+    device: Any, part: Any, target: Target, timeout: float, *, yes: bool
+) -> None:
+    """Move a unit with a few positions, such as a flipper, to one of them; it cannot be stopped."""
+    if target.relative or target.value.denominator != 1 or _GIVEN_UNIT.search(target.text):
+        raise CalledWronglyError(f"a {device.unit.name} moves --to one of its positions, such as 1")
+    position = int(target.value)
+    confirm(title_of(device), f"will move from {_place(part.position)} to position {position}", yes)
+    begun = device.session.now()
+    try:
+        with called_wrongly():
+            part.move_to(position, timeout=timeout)
+    except KeyboardInterrupt:
+        typer.echo(
+            f"interrupted: a {device.unit.name} cannot be stopped, and may still move", err=True
+        )
+        raise typer.Exit(INTERRUPTED) from None
+    seconds = device.session.now() - begun
+    typer.echo(f"done after {seconds:.2f} s: it is at {_place(part.position)}")
+
+
+def _place(position: int | None) -> str:
+    return "an unknown position" if position is None else f"position {position}"
 
 
 def run_home(where: PartAddress, *, timeout: float, yes: bool) -> None:
@@ -205,6 +235,14 @@ def _call(device: Any, part: Any, name: str) -> Callable[..., Any]:
     return call
 
 
+def confirm(title: str, saying: str, yes: bool) -> None:
+    """Announce a motion and ask; end with exit status 1 if the answer is no."""
+    typer.echo(f"{title}: {saying}")
+    if not yes and not _confirmed():
+        typer.echo("nothing was moved")
+        raise typer.Exit(WRONG)
+
+
 def _act(
     device: Any,
     name: str,
@@ -225,10 +263,7 @@ def _act(
             f"stagewire: {title} is already moving: wait, or stop it with stagewire stop", err=True
         )
         raise typer.Exit(WRONG)
-    typer.echo(f"{title}: {saying}")
-    if not yes and not _confirmed():
-        typer.echo("nothing was moved")
-        raise typer.Exit(WRONG)
+    confirm(title, saying, yes)
     before, missed, end = _position(part), "", None
     try:
         with called_wrongly():

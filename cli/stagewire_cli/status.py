@@ -15,6 +15,7 @@ _STATUS_METHODS = (
     "get_status_update",
     "read_motor_position_and_status",
     "get_pz_status_bits",
+    "get_status_bits",
 )
 """The methods that read position and state, the most informative first."""
 

@@ -117,8 +117,18 @@ def _pruned(exchange: Json, known: Collection[str], kept: Collection[str]) -> Js
                 continue
         if isinstance(value, Mapping) and "read" in value and value["read"] not in kept:
             continue
+        if key == "requires":
+            value = {read: _needed(need, kept) for read, need in value.items() if read in kept}
+            if not value:
+                continue
         pruned[key] = value
     return pruned
+
+
+def _needed(need: Json, kept: Collection[str]) -> Json:
+    """Return what a motion needs, without fields that only units which are left out ignore."""
+    has_ignoring_units = need.get("ignored", {}).get("with") in kept
+    return {key: value for key, value in need.items() if key != "ignored" or has_ignoring_units}
 
 
 def _for_units(field: Field, units: Collection[str]) -> Field:

@@ -62,7 +62,7 @@ MOVED = {
     "devices.giving": "stagewire.devices stagewire._devices.arguments",
     "devices.identity": "stagewire.devices stagewire._devices.identity",
     "devices.immediate": "stagewire.devices stagewire._devices.synchronous.transport",
-    "devices.limits": "stagewire.devices stagewire._devices.limits",
+    "devices.limits": "stagewire.devices stagewire._devices.limits stagewire._devices.travel",
     "devices.line": (
         "stagewire.devices "
         "stagewire._devices.endpoint "

@@ -24,6 +24,7 @@ __all__ = [
     "MotionTimeout",
     "MotionTimeoutError",
     "MotionUnderWayError",
+    "NotReadyError",
     "OutOfRangeError",
     "OutstandingReplyError",
     "ReplyTimeout",
@@ -316,6 +317,19 @@ class MotionStoppedError(StagewireError):
 
 class MotionUnderWayError(StagewireError):
     """A motion is or may be under way on this channel; nothing was sent."""
+
+
+class NotReadyError(StagewireError):
+    """The controller is in a state in which the motion cannot succeed; the motion was not sent.
+
+    For example, its velocity parameters are 0, its home parameters cannot home, or its channel is disabled.
+
+    :param causes: short descriptions of the state, such as ``home_velocity is 0``.
+    """
+
+    def __init__(self, text: str, causes: tuple[str, ...] = ()) -> None:
+        super().__init__(text)
+        self.causes = causes
 
 
 class WrongUnitError(StagewireError):

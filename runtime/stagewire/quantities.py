@@ -337,17 +337,22 @@ class Stage:
         return f"<Stage {self.name}: {self.title}>"
 
 
+def stages_of(package: str) -> list[Stage]:
+    """Return all stages of a generated package."""
+    from importlib import import_module
+
+    return [
+        one for one in vars(import_module(f"{package}.stages")).values() if isinstance(one, Stage)
+    ]
+
+
 def find_stages(package: str, name: str) -> list[Stage]:
     """Return the stages of a generated package with a name in any case.
 
     The name in the registry belongs to one stage. A name in the catalogue may belong to several, such as the
     axes of a stage.
     """
-    from importlib import import_module
-
-    stages = [
-        one for one in vars(import_module(f"{package}.stages")).values() if isinstance(one, Stage)
-    ]
+    stages = stages_of(package)
     wanted = name.upper()
     named = [one for one in stages if one.name.upper() == wanted]
     return named or [one for one in stages if wanted in map(str.upper, one.catalogue)]

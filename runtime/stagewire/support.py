@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from stagewire._devices.asynchronous.devices import ChannelsDevice as AsyncChannelsDevice
     from stagewire._devices.asynchronous.devices import Device as AsyncDevice
     from stagewire._devices.asynchronous.devices import ModuleDevice as AsyncModuleDevice
+    from stagewire._devices.asynchronous.devices import PositionsDevice as AsyncPositionsDevice
     from stagewire._devices.asynchronous.devices import RackDevice as AsyncRackDevice
     from stagewire._devices.asynchronous.devices import (
         SingleChannelDevice as AsyncSingleChannelDevice,
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
         ChannelsDevice,
         Device,
         ModuleDevice,
+        PositionsDevice,
         RackDevice,
         SingleChannelDevice,
         SingleChannelModule,
@@ -68,6 +70,8 @@ if TYPE_CHECKING:
         Alias,
         Facts,
         Hindrance,
+        Need,
+        Positions,
         Setting,
         StageReport,
         Told,
@@ -126,6 +130,7 @@ __all__ = [
     "AsyncModuleDevice",
     "AsyncMotion",
     "AsyncPart",
+    "AsyncPositionsDevice",
     "AsyncRackDevice",
     "AsyncSingleChannelDevice",
     "AsyncSingleChannelModule",
@@ -169,12 +174,15 @@ __all__ = [
     "MotionEnd",
     "Named",
     "NamedByUnit",
+    "Need",
     "Number",
     "PacketMessage",
     "PacketProtocol",
     "ParameterSet",
     "Part",
     "Poll",
+    "Positions",
+    "PositionsDevice",
     "Query",
     "RackDevice",
     "Raw",
@@ -237,19 +245,20 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
                 "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Stored"
             ),
             "_devices.scales": "ByCase BySetting ByStage ByUnit Rule",
-            "_devices.unit": "Alias Facts Hindrance Setting StageReport Told Unit Unsupported",
+            "_devices.unit": "Alias Facts Hindrance Need Positions Setting StageReport Told Unit Unsupported",
             "_sessions.options": "Ends",
             "quantities": (
                 "EndlessTravel Limit Number Scale ScaleConflict Stage UnknownLimit UnknownScale"
             ),
             "_devices.synchronous.devices": (
-                "AxesDevice ChannelsDevice Device ModuleDevice RackDevice SingleChannelDevice "
-                "SingleChannelModule"
+                "AxesDevice ChannelsDevice Device ModuleDevice PositionsDevice RackDevice "
+                "SingleChannelDevice SingleChannelModule"
             ),
             "_devices.synchronous.parts": "Axis Bay Channel ChannelsBay Motion Part",
             "_devices.asynchronous.devices": (
                 "AxesDevice=AsyncAxesDevice ChannelsDevice=AsyncChannelsDevice "
-                "Device=AsyncDevice ModuleDevice=AsyncModuleDevice RackDevice=AsyncRackDevice "
+                "Device=AsyncDevice ModuleDevice=AsyncModuleDevice "
+                "PositionsDevice=AsyncPositionsDevice RackDevice=AsyncRackDevice "
                 "SingleChannelDevice=AsyncSingleChannelDevice "
                 "SingleChannelModule=AsyncSingleChannelModule"
             ),

@@ -102,6 +102,28 @@ def test_a_move_can_be_a_distance_in_counts(stagewire: Stagewire, attach: Attach
     assert line.count(MOVE_RELATIVE) == 2
 
 
+def test_a_flipper_moves_to_a_position(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.MFF101() as flipper:
+        attach(flipper)
+        result = stagewire("move", URL, "--unit", "MFF101", "--to", "2", "--yes")
+        assert (result.code, result.err) == (0, "")
+        first, second = result.out.splitlines()
+        assert first.endswith("will move from position 1 to position 2")
+        assert second.endswith("it is at position 2")
+
+
+@pytest.mark.parametrize("given", [("--to", "3"), ("--to", "1mm"), ("--by", "1"), ("--to", "1.5")])
+def test_a_flipper_refuses_anything_but_its_positions(
+    stagewire: Stagewire, attach: Attach, given: tuple[str, str]
+) -> None:
+    with virtual.MFF101() as flipper:
+        line = attach(flipper)
+        result = stagewire("move", URL, "--unit", "MFF101", *given, "--yes")
+    assert result.code == 2
+    assert "positions, such as 1" in result.err or "not one of 1, 2" in result.err
+    assert line.count(b"\x6a\x04") == 0
+
+
 def test_home_moves_to_the_home_position(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TDC001() as tdc:
         line = attach(tdc)

@@ -105,13 +105,13 @@ class Declaration:
     def request(self, message: str, channel: int | None = None) -> FramedMessage:
         """Make a request by its name.
 
-        Fields other than the channel, such as a bay, have the lowest documented value, or 0.
+        Fields other than the channel, such as a bay, have the lowest documented value or bit, or 0.
         """
         layout = self.protocol.message_class(message).layout
         name = getattr(self.protocol, "channel", None)
         facts = self.registry.fields(message, layout.form)
         others: dict[str, Any] = {
-            field: min(facts[field].get("enum", {"": 0}).values())
+            field: min((facts[field].get("enum") or facts[field].get("flags") or {"": 0}).values())
             for field in layout.fields
             if field not in (name, *layout.optional)
         }

@@ -106,6 +106,7 @@ _CONTEXTS = Data(
         "*/unstated": "text",
     }
 )
+_NEEDED = ("usable", "unhindered", "ignored/fields", "ignored/with", "each_time")
 _EXCHANGE = Data(
     {
         "answered_by": Names("exchange", "message"),
@@ -117,25 +118,25 @@ _EXCHANGE = Data(
         "stops": Names("exchange", "message"),
         "periodic_ms": "exchange",
         "unsolicited": "exchange",
-        "keeps_alive": "exchange",
-        "counts_for_keep_alive": "exchange",
+        **dict.fromkeys(("keeps_alive", "counts_for_keep_alive"), "exchange"),
         "reports_status": "exchange",
         "halted_by": Names("exchange", "message"),
         "stored/read": Names("exchange", "message"),
         "stored/field": "exchange",
-        "stored/when/field": "motion-target",
-        "stored/when/value": "motion-target",
-        "reports_fault/request": "fault-report",
-        "reports_fault/code": "fault-report",
-        "reports_fault/text": "fault-report",
+        **{f"stored/when/{key}": "motion-target" for key in ("field", "value")},
+        "requires/*": Entries("message", "motion-need", "motion-need"),
+        **{f"requires/*/{key}": "motion-need" for key in _NEEDED},
+        **{f"reports_fault/{key}": "fault-report" for key in ("request", "code", "text")},
         "reports_fault/source": "text",
         "ends_when/read": Names("exchange", "message"),
-        "ends_when/field": "exchange",
-        "ends_when/value": "exchange",
+        **{f"ends_when/{key}": "exchange" for key in ("field", "value")},
     }
 )
+_TIME = ("set", "field", "counts", "factor", "exponent")
 _WITH_SOURCE = ("units/*/hardware_type", "units/*/sends/*", "units/*/also_at", "units/*/baud_rates",
-                "families/*/reports_stage", "families/*/also_at", "families/*/pause")  # fmt: skip
+                "families/*/reports_stage", "families/*/also_at", "families/*/pause",
+                "families/*/positions")  # fmt: skip
+_POSITIONS = ("move", "argument", "values", "read", "bits", *map("time/{}".format, _TIME))
 _HINDERS = Data({"cause": "hindrance", "when": "hindrance", "limit": "hindrance"})
 _CALL = Data({"name": "call", "defaults/*": Entries("field", "call-default", "call-default")})
 _SETTINGS = Data(
@@ -143,10 +144,14 @@ _SETTINGS = Data(
         "*": Entries("setting", "setting-added", "setting-removed"),
         "*/overlay": _OVERLAY,
         "*/unit": "setting",
+        "*/quantity": "setting",
         "*/page": "page",
         "*/summary": "text",
         "*/told_by/*": Entries("set", "setting", "setting"),
         "*/told_by/*/field": "setting",
+        "*/told_by/*/while/field": "setting",
+        "*/told_by/*/while/values": Sequence("setting"),
+        "*/told_by/*/not_on": Sequence("setting"),
         "*/told_by/*/values/*": Entries("value", "setting", "setting"),
     }
 )
@@ -154,8 +159,7 @@ _UNITS = Data(
     {
         "units/*": Entries("unit", "unit-added", "unit-removed"),
         "units/*/overlay": _OVERLAY,
-        "units/*/title": "text",
-        "units/*/note": "text",
+        **dict.fromkeys(("units/*/title", "units/*/note"), "text"),
         "units/*/page": "page",
         **{f"{entry}/source": "text" for entry in _WITH_SOURCE},
         "units/*/usb_prefix": "unit-prefix",
@@ -175,6 +179,7 @@ _UNITS = Data(
         "units/*/stages": Names("unit-stages", "stage"),
         "units/*/fewer_stages": "text",
         "units/*/built_in": Names("unit-stages", "stage"),
+        "units/*/reports_ends_after": Names("motion-need", "message"),
         "units/*/serial_digits": "unit-prefix",
         "units/*/also_at/addresses": "unit-also-at",
         "units/*/update_rate_hz": "unit-rate",
@@ -182,18 +187,17 @@ _UNITS = Data(
         "units/*/keep_alive": Names("unit-keep-alive", "message"),
         "families/*": Entries("family", "family-added", "family-removed"),
         "families/*/overlay": _OVERLAY,
-        "families/*/title": "text",
-        "families/*/note": "text",
+        **dict.fromkeys(("families/*/title", "families/*/note"), "text"),
         "families/*/messages": Names("list-messages", "message"),
         "families/*/like": "list-messages",
         "families/*/also_at/addresses": "unit-also-at",
         "families/*/reports_stage/field": "stage-id",
         "families/*/reports_stage/page": "page",
+        **{f"families/*/positions/{key}": "motion-target" for key in _POSITIONS},
         "families/*/pause/ms": "unit-pause",
         "lists/*": Entries("list", "list-added", "list-removed"),
         "lists/*/overlay": _OVERLAY,
-        "lists/*/title": "text",
-        "lists/*/note": "text",
+        **dict.fromkeys(("lists/*/title", "lists/*/note"), "text"),
         "lists/*/page": "page",
         "lists/*/units": "text",  # a change also appears as the `list` of a unit
         "lists/*/messages": Names("list-messages", "message"),

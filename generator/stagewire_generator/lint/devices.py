@@ -57,15 +57,14 @@ def check_devices(
         _defaults(protocol, message, diagnostics)
         _halts(protocol, message, messages, diagnostics)
         _asked(protocol, message, messages, diagnostics)
+        _required(message, messages, diagnostics)
         _faults(protocol, message, diagnostics)
     _tells(protocol, diagnostics)
     for document in quantities:
         for name, setting in document.data.get("settings", {}).items():
             for owner, teller in setting["told_by"].items():
                 place = document.place("settings", name, "told_by", owner)
-                for what in _wrong(
-                    protocol, f"the setting {name}", setting.get("unit", ""), owner, teller
-                ):
+                for what in _wrong(protocol, f"the setting {name}", setting, owner, teller):
                     diagnostics.add(place, *what)
 
 
@@ -156,6 +155,25 @@ def _asked(
                 diagnostics.add(message.place, "SW021", what)
 
 
+def _required(message: Message, messages: dict[str, Message], diagnostics: Diagnostics) -> None:
+    """Check the requests for the state that a motion needs."""
+    for name, need in message.exchange.get("requires", {}).items():
+        read = messages.get(name)
+        if read is None or not read.set:
+            what = f"{message.name}: requires: {name} is not the request of a parameter set"
+            diagnostics.add(message.place, "SW021", what)
+            continue
+        fields = {field.name for field in _answer(read, messages)}
+        ignored = need.get("ignored", {"fields": (), "with": name})
+        for field in (*need.get("usable", ()), *need.get("unhindered", ()), *ignored["fields"]):
+            if field not in fields:
+                what = f"{message.name}: requires: the reply to {name} has no field {field}"
+                diagnostics.add(message.place, "SW021", what)
+        if ignored["with"] not in messages:
+            what = f"{message.name}: requires: unknown message {ignored['with']}"
+            diagnostics.add(message.place, "SW021", what)
+
+
 def _faults(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:
     """Check that a fault report is a message from a controller, in a frame with a header."""
     if "reports_fault" not in message.exchange:
@@ -183,9 +201,10 @@ def _tells(protocol: Protocol, diagnostics: Diagnostics) -> None:
 
 
 def _wrong(
-    protocol: Protocol, where: str, unit: str, owner: str, teller: Json
+    protocol: Protocol, where: str, setting: Json, owner: str, teller: Json
 ) -> Iterator[tuple[str, str]]:
     """Yield code and text of each error in a set that gives the value of a setting."""
+    unit, quantity = setting.get("unit", ""), setting.get("quantity", "")
     members = [m for m in protocol.messages if m.set == (owner, "get")]
     members += [m for m in protocol.messages if m.set == (owner, "set")]
     if not members:
@@ -196,10 +215,23 @@ def _wrong(
     if field is None:
         yield "SW021", f"{where}: {owner} has no field {teller['field']}"
         return
+    for name in teller.get("not_on", ()):
+        if name not in protocol.units.get("units", {}):
+            yield "SW021", f"{where}: unknown unit {name} in `not_on`"
+    state = teller.get("while", {})
+    if state and state["field"] not in fields:
+        yield "SW021", f"{where}: {owner} has no field {state['field']}"
+    for name in state.get("values", ()) if state.get("field") in fields else ():
+        if name not in _names(fields[state["field"]].enum):
+            yield "SW021", f"{where}: {state['field']} has no value {name}"
     values = teller.get("values", {})
     for name in values:
         if name not in _names(field.enum):
             yield "SW021", f"{where}: {field.name} has no value {name}"
+    if quantity:
+        if unit or not field.quantity or field.quantity.name != quantity:
+            yield "SW037", f"{where} is a {quantity} in counts, but {field.name} or its unit is not"
+        return
     if not field.enum and not unit:
         yield "SW037", f"{where} has no unit, so {field.name} requires an enumeration"
     elif field.enum and unit and not values:

@@ -34,7 +34,7 @@ _IN_STAGES = _KEPT | frozenset({
 })  # fmt: skip
 _IN_UNITS = _KEPT | frozenset({
     "AxesDevice", "Axis", "Bay", "Channel", "ChannelsBay", "ChannelsDevice", "FACTS", "ModuleDevice",
-    "PROTOCOL", "RackDevice", "SingleChannelDevice", "SingleChannelModule", "UNITS"
+    "PROTOCOL", "PositionsDevice", "RackDevice", "SingleChannelDevice", "SingleChannelModule", "UNITS"
 })  # fmt: skip
 _PARTS_OF_UNITS = ("Axis", "Bay", "Channel")  # suffixes of the classes for parts of units
 # Names that the methods of a generated message call or assign.

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Iterator, Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.lint.positions import unknown_positions
 from stagewire_generator.model import (
     Json,
     Message,
@@ -27,6 +28,7 @@ def check_units(protocol: Protocol, document: Document, diagnostics: Diagnostics
     rules.messages()
     rules.statuses()
     rules.contexts()
+    rules.positions()
     if "addresses" in protocol.units and "devices" in protocol.framing:
         rules.addresses()
     rules.prefixes()
@@ -168,6 +170,7 @@ class _Rules:
     def statuses(self) -> None:
         """Check the status and the keep-alive message of each unit against its messages."""
         known = {message.exchange.get("reports_status") for message in self.protocol.messages}
+        sets = {m.name for m in self.protocol.messages if m.set and m.set[1] == "set"}
         for name, unit in self.units.items():
             messages = [self.of_name[m] for m in sorted(self.protocol.messages_of(unit))]
             reported = {
@@ -186,6 +189,16 @@ class _Rules:
                 what = f"{keeper}, but its keep-alive message is {found}"
                 hint = "correct `keep_alive`, or the list or family of the unit"
                 self.refuse("SW081", ("units", name, "keep_alive"), what, hint)
+            required = unit.get("reports_ends_after")
+            if required and required not in sets:
+                what = f"{required} is not the SET of a parameter set"
+                self.refuse("SW021", ("units", name, "reports_ends_after"), what)
+
+    def positions(self) -> None:
+        """Check the messages, fields, values and bits of units that have only a few positions."""
+        for key, entry in self.families.items():
+            for part, what in unknown_positions(entry.get("positions"), self.of_name):
+                self.refuse("SW021", ("families", key, "positions", part), what)
 
     def addresses(self) -> None:
         """Check that addresses and bays are those of the framing, and the counts of bays."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 DIGITS: Final = 1_000_000
 """A serial number is a prefix followed by six digits."""
@@ -55,6 +55,37 @@ def clean_model(model: str | bytes) -> str:
 def owners(known: Iterable[Candidate], serial_number: int) -> list[Candidate]:
     """Return the candidates that are known to have this prefix of serial numbers."""
     return [one for one in known if serial_number // DIGITS in one.prefixes]
+
+
+class Rack(Protocol):
+    """Facts about the serial numbers of a unit."""
+
+    @property
+    def name(self) -> str:
+        """Name of the unit."""
+
+    @property
+    def usb_prefix(self) -> int | None:
+        """Prefix of the number on its USB plug; None if it is unknown."""
+
+    @property
+    def card_usb_prefix(self) -> int | None:
+        """Prefix of the numbers of its cards; None if it is unknown."""
+
+
+def of_a_card(serial_number: int, units: Iterable[Rack]) -> str | None:
+    """Return that a serial number is that of a card in a rack, and what to do; None for other numbers."""
+    prefix = serial_number // DIGITS
+    racks = [unit for unit in units if unit.card_usb_prefix == prefix != unit.usb_prefix]
+    if not racks:
+        return None
+    names = " or ".join(rack.name for rack in racks)
+    begins = " or ".join(sorted({str(rack.usb_prefix) for rack in racks if rack.usb_prefix}))
+    number = f", which begins with {begins}" if begins else ""
+    return (
+        f"{serial_number} is the serial number of a card in a bay of a {names}. A card has no USB port of "
+        f"its own: open the rack by its own serial number{number}, and use bay(1) for the first bay"
+    )
 
 
 def reported_by(known: Iterable[Candidate], model: str) -> list[Candidate]:

@@ -8,28 +8,24 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Final, Generic, Protocol, TypeAlias, TypeVar
+from typing import Any, Final, Generic, Protocol, TypeVar
 
 from stagewire._codec.message import Message
 from stagewire._devices.limits import Limits, check_measurable, limits_of
 from stagewire._devices.motions import Motions
 from stagewire._devices.options import SETTINGS, Choices
+from stagewire._devices.readiness import Readiness
 from stagewire._devices.scales import Scales, ToldValue
+from stagewire._devices.stages import Name, Place, Stages
 from stagewire._devices.stated_limits import TOLERANCES
 from stagewire._devices.tables import Action, Command
+from stagewire._devices.travel import Held
 from stagewire._devices.unit import Alias, Facts, Setting, Told, Unit
 from stagewire._devices.values import Values
 from stagewire._framings.slots.protocol import CommandProtocol
 from stagewire._sessions.options import Ends, SessionOptions
 
 _log = logging.getLogger("stagewire")
-
-
-Place: TypeAlias = tuple[int, int | None]
-"""Address (or axis) and channel."""
-
-Name: TypeAlias = int | str | tuple[int, int]
-"""How a user names a place: channel or bay by number, axis by name, channel in a bay by two numbers."""
 
 
 _NO_LIMITS = Limits(None, {}, {})
@@ -71,6 +67,10 @@ class Connection(Generic[T]):
     """The identity that the controller reported; None if it was not asked."""
     broken_at: float | None = None
     """When the previous line was lost, if it was; see :attr:`.Driver.broken_at`."""
+    left_moving: tuple[str, ...] = ()
+    """The motions that may continue after the line was closed."""
+    aborted = False
+    """Whether the line, if it ends now, ends without a normal close: after an exception, or by a signal."""
     serial_number: int | None = None
     """Serial number of the controller; None until it is read."""
     names: tuple[str, ...]
@@ -92,30 +92,33 @@ class Connection(Generic[T]):
         self.places = places
         self.addresses = addresses
         self.motions = Motions()
+        self.readiness = Readiness(unit)
         self.contexts: dict[str, str] = {}  # those that select layouts, as far as they are known
         self._learning = threading.Lock()
         self._logs = 0
         self._silenced: dict[int, set[type[Message]]] = {}
+        self._reporting: set[int] = set()  # addresses that have what they need to report ends
+        self._updating: dict[tuple[int, type[Message]], bytes] = {}  # what ends the updates
         self._telling: dict[type[Message], list[tuple[Setting, Told]]] = {}
         for setting, told in facts.telling(unit):
             for cls in (told.set, told.get):
                 if cls is not None:
                     self._telling.setdefault(cls, []).append((setting, told))
-        self._limits = {
-            place: limits_of(
-                choices.stage_of(name), choices.travel_of(name), choices.ceilings_of(name)
-            )
-            for place, name in places.items()
-        }
+        self.stages = Stages(facts.package, unit, choices, places)
         self.forget()
         self._check_limits()
 
     def forget(self) -> None:
         """Forget what the controller reported, before it is read again on another line."""
         self.motions.leave()
+        self.readiness.forget()
+        self._reporting.clear()
+        self._updating.clear()
         self.info = None
+        self.stages.forget()
         unit, choices = self.unit, self.choices
         self.names = (choices.model or unit.name,)
+        self._ends: dict[Place, dict[tuple[str, bool], dict[str, int]]] = {}
         self._bare = Scales(
             unit.name,
             self.facts.quantities,
@@ -131,10 +134,34 @@ class Connection(Generic[T]):
                     setting,
                     ToldValue(value, self.facts.settings[setting].unit, f"set by {option}"),
                 )
-        self._scales = {
-            place: replace(self._bare, stage=choices.stage_of(name))
+        self._use_stages()
+
+    def _use_stages(self) -> None:
+        """Set the scales and limits of every place to those of its stage."""
+        choices, found = self.choices, {place: self.stages.at(place) for place in self.places}
+        self._scales = {place: replace(self._bare, stage=stage) for place, stage in found.items()}
+        self._limits = {
+            place: limits_of(found[place], choices.travel_of(name), choices.ceilings_of(name))
             for place, name in self.places.items()
         }
+
+    def reported_stage(self, place: Place, id: int) -> None:
+        """Store the stage that the controller reported at a place, which has its scales from now on.
+
+        A stage that the user chose keeps its place.
+        """
+        self.stages.report(place, id, self.names)
+
+    def stages_reported(self) -> None:
+        """Use the stages that the controller reported; it reports no others until the line is reopened.
+
+        Raise :class:`~stagewire.errors.UnknownScaleError` for a limit of the user that cannot be checked.
+        """
+        self.stages.are_known = True
+        self._use_stages()
+        self._check_limits()
+        for warning in self.stages.contradictions():
+            _log.warning("%s: %s", self.url, warning)
 
     def identified(self, names: tuple[str, ...]) -> None:
         """Use the scales of the units or aliases that the controller may be.
@@ -155,7 +182,9 @@ class Connection(Generic[T]):
         return [self.facts.aliases[name] for name in self.names if name in self.facts.aliases]
 
     def _check_limits(self) -> None:
-        """Raise an error for a limit of the user that cannot be checked."""
+        """Raise an error for a limit of the user that cannot be checked, once the stages are known."""
+        if not self.stages.are_known:
+            return
         unit = self.unit
         has_status = unit.status_query is not None
         for place, limits in self._limits.items():
@@ -165,18 +194,48 @@ class Connection(Generic[T]):
         for base in self.choices.target_tolerances:
             check_measurable(TOLERANCES, base, unit.name, unit.quantities, self._scales.values())
 
-    def warn_of_motions(self) -> None:
-        """Log the motions that may still be under way on a lost line, where no stop can be sent."""
-        if moving := self.motions.described():
+    def note_motions(self, *, lost: bool) -> None:
+        """Note and log the motions that may continue after the line is closed.
+
+        :param lost: whether the line is lost, so that no stop can be sent.
+        """
+        stopped = self.choices.stop_on_close and not lost
+        self.left_moving = self.motions.names(stopped=stopped)
+        if self.left_moving:
+            why = "the line is lost" if lost else 'it was opened with on_close="leave"'
+            if stopped:
+                why = "the unit cannot stop"
             _log.warning(
-                "%s: the line is lost and no stop was sent; may still be moving: %s",
+                "%s: %s and no stop was sent; may still be moving: %s",
                 self.url,
-                moving,
+                why,
+                ", ".join(self.left_moving),
             )
 
     def last_words(self) -> bytes:
         """Return the bytes to send before the line is closed; a signal handler may call this."""
-        return self.motions.stops() * self.stops if self.choices.stop_on_close else b""
+        stops = self.motions.stops() * self.stops if self.choices.stop_on_close else b""
+        return stops + self._farewell()
+
+    def _farewell(self) -> bytes:
+        """Return the bytes that end the updates that were started here.
+
+        If the session is aborted, also those that stop all updates, and that end the connection.
+        """
+        words = dict(self._updating)
+        if self.aborted:
+            for ending in self.unit.farewell:
+                words.setdefault(
+                    (self.addresses[0], ending), self._packed(ending, self.addresses[0])
+                )
+        last = {ending: index for index, ending in enumerate(self.unit.farewell)}
+        return b"".join(words[key] for key in sorted(words, key=lambda key: last[key[1]]))
+
+    def _packed(self, cls: type[Message], address: int) -> bytes:
+        protocol: Any = self.facts.protocol
+        message: Any = cls()
+        packed: bytes = message.pack(address, protocol.host)
+        return packed
 
     @property
     def stops(self) -> int:
@@ -222,12 +281,16 @@ class Connection(Generic[T]):
 
     def limits(self, place: Place) -> Limits:
         """Return the limits of one channel that can currently be checked."""
-        limits = self.stated_limits(place)
-        return limits.now(self.scales(place))
+        scales = self.scales(place)  # it also learns
+        return self.stated_limits(place).now(scales)
 
     def stated_limits(self, place: Place) -> Limits:
         """Return all limits of the stage on one channel, checked or not."""
-        return self._limits.get(place, _NO_LIMITS)
+        held = (
+            Held.between(ends.values(), source, chosen=chosen)
+            for (source, chosen), ends in self._ends.get(place, {}).items()
+        )
+        return self._limits.get(place, _NO_LIMITS).holding(one for one in held if one is not None)
 
     @property
     def telling(self) -> tuple[type[Message], ...]:
@@ -236,9 +299,21 @@ class Connection(Generic[T]):
         return tuple({cls: None for cls in told if cls is not None})
 
     def learn(self, address: int, channel: int | None, message: Message) -> None:
-        """Store the settings that a message reports or sets."""
+        """Store the settings and the state that a message reports or sets."""
+        required = self.unit.reports_ends_after
+        if required is not None and required.is_written_with(type(message)):
+            self._reporting.add(address)
+        if self.readiness.needs(message):
+            field = self.channel_field(type(message))
+            number = getattr(message, field) if field else channel
+            for place in self.places:
+                if place[0] == address and number in (None, place[1]):
+                    self.readiness.learn(place, message)
         for setting, told in self._telling.get(type(message), ()):
             raw = getattr(message, told.field)
+            if setting.quantity:
+                self._learn_end(address, channel, message, setting, told)
+                continue
             if told.values is not None:
                 found = told.values.get(raw, str(raw))
                 value = found if isinstance(found, str) else Fraction(found)
@@ -253,6 +328,24 @@ class Connection(Generic[T]):
                 for place, scales in self._scales.items():
                     if place[0] == address and channel in (None, place[1]):
                         self._scales[place] = scales.told(setting.name, now)
+
+    def _learn_end(
+        self, address: int, channel: int | None, message: Message, setting: Setting, told: Told
+    ) -> None:
+        """Store an end of the travel that the controller allows, or forget one that it no longer applies."""
+        field = self.channel_field(type(message))
+        channel = getattr(message, field) if field else channel
+        reported = told.get or told.set
+        assert reported is not None
+        group = (f"from {reported.layout.message}", told.active is not None)
+        with self._learning:
+            for place in self.places:
+                if place[0] != address or channel not in (None, place[1]):
+                    continue
+                ends = self._ends.setdefault(place, {}).setdefault(group, {})
+                ends.pop(setting.name, None)
+                if told.applies(message):
+                    ends[setting.name] = getattr(message, told.field)
 
     def channel_field(self, cls: type[Message]) -> str | None:
         """Return the name of the field for the channel, if a message has one."""
@@ -286,8 +379,25 @@ class Connection(Generic[T]):
         )
         return Ends(completed, stopped) if completed else None
 
+    @property
+    def updating(self) -> tuple[tuple[int, type[Message]], ...]:
+        """The addresses at which updates were started, each with the message that stops them."""
+        return tuple(self._updating)
+
+    def reports_ends(self, address: int) -> bool:
+        """Return whether a controller reports the ends of motions, as far as is known.
+
+        Some units first require parameters on each connection (``Unit.reports_ends_after``).
+        """
+        return self.unit.reports_ends_after is None or address in self._reporting
+
     def sent(self, address: int, command: Command) -> None:
-        """Record the messages that a sent command suspends or resumes."""
+        """Record the messages that a sent command suspends or resumes, and the updates that it starts."""
+        for ending, starters in self.unit.farewell.items():
+            if command.message in starters:
+                self._updating[address, ending] = self._packed(ending, address)
+            elif command.message is ending:
+                self._updating.pop((address, ending), None)
         silenced = self._silenced.setdefault(address, set())
         silenced.update(command.stops)
         silenced.difference_update(command.starts)

@@ -10,9 +10,10 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final, Generic
 
 from stagewire._codec.message import Message
-from stagewire._devices.connection import Connection, Place, T
+from stagewire._devices.connection import Connection, T
 from stagewire._devices.motions import Running
 from stagewire._devices.scales import Scales
+from stagewire._devices.stages import Place
 from stagewire._devices.tables import Action, Command, ParameterSet, Query
 from stagewire._framings.slots.command import Command as WireCommand
 from stagewire.errors import BadValueError

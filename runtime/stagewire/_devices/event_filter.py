@@ -7,8 +7,8 @@ from typing import Any, TypeVar
 
 from stagewire._codec.events import Event
 from stagewire._codec.message import Message
-from stagewire._devices.connection import Place
 from stagewire._devices.endpoint import Endpoint
+from stagewire._devices.stages import Place
 from stagewire._devices.unit import Facts
 from stagewire._devices.values import Values
 from stagewire._framings.header.frame import Received

@@ -15,12 +15,14 @@ from stagewire._devices.candidates import (
     Candidate,
     candidates,
     clean_model,
+    of_a_card,
     owners,
     reported_by,
 )
 from stagewire._devices.connection import Connection
-from stagewire._devices.unit import Alias, Unsupported
+from stagewire._devices.unit import Alias, Facts, Unit, Unsupported
 from stagewire._devices.values import Values
+from stagewire._links.usb import plug_number
 from stagewire.errors import WrongUnitError
 
 _log = logging.getLogger("stagewire")
@@ -65,6 +67,52 @@ def check_identity(connection: Connection[Any], info: Values[Any]) -> None:
     connection.identified(names)
     for alias in connection.aliases:
         _log.warning("%s: %s", connection.url, _described_alias(alias))
+
+
+def check_number(facts: Facts, unit: Unit, url: str, wanted: int | None) -> None:
+    """Check a serial number before the line is opened, because a wrong address can freeze a controller.
+
+    :param wanted: number that the user gave; None: that of the USB plug, if the URL has one.
+
+    Raise :class:`~stagewire.errors.WrongUnitError` for the number of another unit, or of a card in a bay.
+    """
+    number = plug_number(url) if wanted is None else wanted
+    if number is None or unit.kind == "bay":  # the plug is that of the rack
+        return
+    known = facts.candidates()
+    if (why := of_a_card(number, facts.units.values())) is not None:
+        raise WrongUnitError(f"{url}: {why}")
+    of_prefix = owners(known, number)
+    if of_prefix and unit.name not in {one.unit for one in candidates(known, number, "")}:
+        names = " or ".join(one.name for one in of_prefix)
+        classes = sorted({one.unit for one in of_prefix if one.unit is not None})
+        reasons = [
+            facts.unsupported[one.name] for one in of_prefix if one.name in facts.unsupported
+        ]
+        advice = f"open it as {' or '.join(classes)}" if classes else "no class supports it"
+        advice += "".join(f"; {one.name}: {one.reason.rstrip('.')}" for one in reasons)
+        raise WrongUnitError(
+            f"{url} is not a {unit.name}: the serial number {number} belongs to a {names}; {advice}. Nothing "
+            "was sent to it"
+        )
+
+
+def unanswered(connection: Connection[Any], error: Exception) -> str:
+    """Return why nothing answered the identity request, and what to do."""
+    unit, asked = connection.unit, connection.addresses[0]
+    bay = " and its bay (bay=)" if unit.kind == "bay" else ""
+    others = [f"{other:#04x}" for other in (unit.address, *unit.also_at) if other != asked]
+    advice = ""
+    if unit.kind == "generic_usb" and others:
+        advice = (
+            f". Only {asked:#04x} was asked, because a request to a wrong address can freeze a "
+            f"controller until it is unplugged. Sources also reach a {unit.name} at "
+            f"{' or '.join(others)}: pass one of them as address= to choose it"
+        )
+    return (
+        f"no {unit.name} answers at {connection.url}: {error}. Check that it is switched on and that "
+        f"this is its port{bay}, or pass identify=False to open it without this check{advice}"
+    )
 
 
 def _refusal(

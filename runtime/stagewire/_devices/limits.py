@@ -14,9 +14,9 @@ from typing import Any, Final
 
 from stagewire._devices.scales import Scales
 from stagewire._devices.tables import Given
-from stagewire._devices.travel import MEASURES, POSITION, TRAVELS, Travel
+from stagewire._devices.travel import MEASURES, PER_MM, POSITION, TRAVELS, Held, Travel
 from stagewire.errors import LimitError, UnknownScaleError
-from stagewire.quantities import EndlessTravel, Limit, Stage, UnknownLimit
+from stagewire.quantities import EndlessTravel, Limit, Scale, Stage, UnknownLimit
 
 __all__ = [
     "CEILINGS",
@@ -93,12 +93,27 @@ class Limits:
     :param ceilings: name in :data:`CEILINGS` -> limit, without unknown limits.
     :param reasons: name -> why the limit is unknown, if the registry gives a reason.
     :param endless: source of the fact that the stage has no ends; empty if it has, or if that is unknown.
+    :param held: limits that the controller reported.
     """
 
     travel: Travel | None
     ceilings: Mapping[str, Ceiling]
     reasons: Mapping[str, str]
     endless: str = ""
+    held: tuple[Held, ...] = ()
+
+    def holding(self, held: Iterable[Held]) -> Limits:
+        """Return the limits with those of the controller.
+
+        Its data of the stage do not apply if the user stated the ends, or if the stage has none.
+        """
+        own = self.endless or (self.travel is not None and self.travel.low is not None)
+        return replace(self, held=tuple(one for one in held if one.chosen or not own))
+
+    @property
+    def depend_on_homing(self) -> bool:
+        """Whether some limits apply only after homing."""
+        return not all(held.chosen for held in self.held)
 
     def check_measurable(
         self, unit: str, settable: tuple[str, ...], scales: Scales, *, has_status: bool
@@ -153,6 +168,8 @@ class Limits:
             if entry.field not in fields or not entry.ways:
                 continue
             name, counts = f"{what}: {entry.field}", fields[entry.field]
+            if entry.target == "absolute":
+                self.check_held(name, (counts,), scales)
             if entry.target is not None and self.travel is not None:
                 absolute = entry.target == "absolute"
                 check = self.travel.check_place if absolute else self.travel.check_distance
@@ -162,6 +179,20 @@ class Limits:
             for ceiling in self.ceilings.values():
                 if ceiling.unit == measure:
                     ceiling.check(name, entry, counts, scales)
+
+    def check_held(
+        self, what: str, targets: tuple[int, ...], scales: Scales, *, homed: bool = False
+    ) -> None:
+        """Check that the controller allows a target, or one of several.
+
+        :param homed: whether the stage is homed.
+
+        Raise :class:`~stagewire.errors.LimitError`.
+        """
+        for held in self.held:
+            inside = any(held.low <= target <= held.high for target in targets)
+            if not inside and (held.chosen or homed):
+                held.check_place(what, targets[0], position_scale(scales))
 
     # For people
 
@@ -178,6 +209,8 @@ class Limits:
                 yield f"travel: {self.travel}{f'; not checked: {why}' if why else ''}"
             else:
                 yield f"travel: {self.travel} ({self.travel.source})"
+            for held in self.held:
+                yield f"limits of the controller: {held.shown(position_scale(scales))}"
         for name, (title, options) in CEILINGS.items():
             [(unit, option)] = [(u, o) for u, o in options.items() if u.startswith(_base(scales))]
             limited = _limited(unit, settable, scales)
@@ -236,6 +269,14 @@ def limits_of(
     reasons = {name: limit.reason for name, limit in own.items() if isinstance(limit, UnknownLimit)}
     endless = _source(stage, length) if isinstance(length, EndlessTravel) else ""
     return Limits(travel, known, reasons, endless)
+
+
+def position_scale(scales: Scales) -> Scale | None:
+    """Return the scale of the position; None if it is unknown."""
+    try:
+        return scales.of(POSITION, scales.unit_of(POSITION))
+    except UnknownScaleError:
+        return None
 
 
 def _source(stage: Stage | None, limit: Limit | EndlessTravel) -> str:
@@ -323,3 +364,17 @@ def _unmeasurable(quantity: str, scales: Scales, wanted: str = "") -> str:
     except UnknownScaleError as error:
         return str(error)
     return ""
+
+
+# Names of 0.1, for one release
+
+
+def in_mm(value: Fraction, unit: str) -> Fraction:
+    """Return a position or a distance in mm."""
+    return value / PER_MM[unit]
+
+
+def mm_of(entry: Given, counts: int, scales: Scales) -> Fraction:
+    """Return a position or a distance in counts as mm."""
+    unit, case = _way(entry, scales)
+    return in_mm(scales.of(entry.quantity, unit, case).from_counts(counts), unit)

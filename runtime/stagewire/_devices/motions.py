@@ -84,9 +84,13 @@ class Motions:
         if running is not None:
             running.stopped = True
 
-    def described(self) -> str:
-        """Return the names of all motions that may be under way, for messages."""
-        return ", ".join(running.what for running in tuple(self._running.values()))
+    def names(self, *, stopped: bool = False) -> tuple[str, ...]:
+        """Return the names of the motions that may be under way, for messages.
+
+        :param stopped: whether a stop is sent to all that can be stopped; they are then left out.
+        """
+        found = tuple(self._running.values())
+        return tuple(running.what for running in found if not (stopped and running.stop))
 
     def halts(self) -> list[tuple[int, Message]]:
         """Return the address and the stop of each motion."""

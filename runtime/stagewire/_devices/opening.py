@@ -11,8 +11,7 @@ class _Openable(Protocol):
 
     async def _connect(self) -> None: ...
 
-    async def close(self) -> None:
-        """Close the device."""
+    async def __aexit__(self, *error: Any) -> None: ...
 
 
 D = TypeVar("D", bound=_Openable)
@@ -54,4 +53,4 @@ class Opening(Generic[D]):
         return await self._open()
 
     async def __aexit__(self, *error: object) -> None:
-        await self._device.close()
+        await self._device.__aexit__(*error)

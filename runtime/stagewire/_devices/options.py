@@ -22,7 +22,14 @@ from stagewire._devices.stated_limits import (
 from stagewire._devices.travel import POSITION, Travel
 from stagewire._devices.unit import Facts, Unit
 from stagewire.errors import BadValueError, UnknownScaleError
-from stagewire.quantities import Number, Scale, ScaleConflict, Stage, find_stages
+from stagewire.quantities import (
+    Number,
+    Scale,
+    ScaleConflict,
+    Stage,
+    find_stages,
+    stages_of,
+)
 
 __all__ = ["SETTINGS", "Choices", "OpenOptions", "check_guest", "choose"]
 
@@ -37,8 +44,8 @@ class OpenOptions(TypedDict, total=False):
 
     stage: Stage | str | None
     """Stage on every channel: a :class:`Stage`, or its name in the registry or in the catalogue of the vendor
-    (``MTS25/M-Z8``). The default is the stage that is built into the unit. It determines the scales; without
-    it only raw counts can be used."""
+    (``MTS25/M-Z8``). The default is the stage that is built into the unit or that the controller reports. It
+    determines the scales; without it only raw counts can be used."""
     scale_source: str | None
     """Source whose figures are used where the sources for the scales of a stage contradict each other, such
     as ``document`` or ``vendor``. Without it such scales are unknown."""
@@ -115,6 +122,7 @@ class Choices:
     """The options after validation."""
 
     stages: Mapping[Any, Stage] = field(default_factory=dict)
+    chose_stage: bool = False
     scale_source: str | None = None
     travels: Mapping[Any, Travel] = field(default_factory=dict)
     ceilings: Mapping[Any, Mapping[str, Ceiling]] = field(default_factory=dict)
@@ -175,7 +183,10 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
     on_close = _one_of("on_close", given.get("on_close", "stop"), ("stop", "leave"))
     return Choices(
         stages=stages,
-        scale_source=_scale_source(stages.values(), given.get("scale_source")),
+        chose_stage=given.get("stage") is not None or bool(given.get("stages")),
+        scale_source=_scale_source(
+            stages.values() or _reportable(facts, unit), given.get("scale_source")
+        ),
         travels=travels_in(given, names),
         ceilings=ceilings_in(given, names),
         target_tolerances=tolerances_in(given),
@@ -270,6 +281,15 @@ def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:
             "use Stage.of_user(...) to give its scales yourself"
         )
     return stage
+
+
+def _reportable(facts: Facts, unit: Unit) -> list[Stage]:
+    """Return the stages that a unit can report."""
+    return [
+        stage
+        for stage in stages_of(facts.package)
+        if unit.reports_stage is not None and unit.reports_stage.field in stage.ids
+    ]
 
 
 def _scale_source(stages: Iterable[Stage], wanted: object) -> str | None:

@@ -8,11 +8,13 @@ from typing import Any, ClassVar, Final, Generic, TypeVar
 from stagewire._codec.flags import Enumeration
 from stagewire._codec.message import Message
 from stagewire._devices.arguments import number_of
-from stagewire._devices.connection import Connection, Name, Place
+from stagewire._devices.connection import Connection
 from stagewire._devices.endpoint import CONTROLLER, Endpoint
-from stagewire._devices.identity import described_identity
+from stagewire._devices.identity import check_number, described_identity
 from stagewire._devices.options import OpenOptions, choose
+from stagewire._devices.readiness import advice
 from stagewire._devices.scales import Scales
+from stagewire._devices.stages import Name, Place
 from stagewire._devices.unit import Facts, Unit, commanded
 from stagewire._devices.values import Values
 from stagewire.errors import BadValueError, OutOfRangeError
@@ -211,7 +213,8 @@ def connect(cls: type[DeviceBase], url: str, given: OpenOptions, bay: int = 1) -
 
     :param bay: bay of a module in its rack.
 
-    Raise the errors of :func:`~stagewire._devices.options.choose`, and
+    Raise the errors of :func:`~stagewire._devices.options.choose`,
+    :class:`~stagewire.errors.WrongUnitError` for the serial number of another unit, and
     :class:`~stagewire.errors.OutOfRangeError` for a bay that does not exist.
     """
     facts, unit = cls.facts, cls.unit
@@ -241,6 +244,8 @@ def connect(cls: type[DeviceBase], url: str, given: OpenOptions, bay: int = 1) -
             f"address: a {unit.name} always has its documented addresses; leave it out"
         )
     choices = choose(facts, unit, tuple(places.values()), given)
+    if choices.identify:
+        check_number(facts, unit, url, choices.serial_number)
     return Connection(facts, unit, url, choices, dict(places), addresses)
 
 
@@ -269,11 +274,16 @@ def _name(name: Name) -> str:
 
 
 def _channel(connection: Connection[Any], place: Place) -> tuple[str, ...]:
-    """Return the lines for a channel: its stage, limits and scales."""
+    """Return the lines for a channel: its stage, what prevents motions, its limits and scales."""
     scales, unit = connection.scales(place), connection.unit
     limits = connection.stated_limits(place).described(unit.settable, scales)
-    stage = scales.stage
-    name = "no stage"
-    if stage is not None:
-        name = f"stage {stage.name}{' (your own)' if stage.by_user else ''}"
-    return name, *limits, *scales.described(unit.quantities)
+    state = (
+        f"motions are refused: {'; '.join(faults)}; {advice(unit, needed)}"
+        for needed, faults in connection.readiness.faults(place).items()
+    )
+    return (
+        connection.stages.described(place),
+        *state,
+        *limits,
+        *scales.described(unit.quantities),
+    )

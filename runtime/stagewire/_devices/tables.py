@@ -116,6 +116,11 @@ class ParameterSet(Generic[V]):
                 return message
         return self.set
 
+    def is_written_with(self, cls: type[Message]) -> bool:
+        """Return whether a message of this class writes the set, in any length."""
+        written = (self.set, *(form for form, _ in self.forms), *(set for _, set in self.others))
+        return cls in written
+
     def written_with(self, read: Message) -> type[Message] | None:
         """Return the message that writes the set in the length in which a controller reported it."""
         return dict(self.others).get(type(read), self.set)

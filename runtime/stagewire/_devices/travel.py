@@ -1,7 +1,8 @@
-"""The travel of a stage: its length or its ends, in mm or degrees."""
+"""The travel of a stage: its length or its ends, in mm or degrees, and the limits of its controller."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
@@ -9,7 +10,7 @@ from typing import Final
 from stagewire.errors import BadValueError, LimitError, UnknownScaleError
 from stagewire.quantities import Number, Scale, exact
 
-__all__ = ["MEASURES", "POSITION", "TRAVELS", "Travel", "parse_travel"]
+__all__ = ["MEASURES", "PER_MM", "POSITION", "TRAVELS", "Held", "Travel", "parse_travel"]
 
 POSITION: Final = "position"
 """The quantity that a travel limits."""
@@ -17,9 +18,12 @@ POSITION: Final = "position"
 TRAVELS: Final = {"mm": "travel_mm", "deg": "travel_deg"}
 """Unit of a travel, on linear and on rotary stages -> keyword of ``open`` that sets it."""
 
+PER_MM: Final = {"mm": 1, "um": 1000}
+"""Unit of length -> how many of it make 1 mm."""
+
 MEASURES: Final = {
     unit + per: (base + per, factor)
-    for base, units in (("mm", {"mm": 1, "um": 1000}), ("deg", {"deg": 1}))
+    for base, units in (("mm", PER_MM), ("deg", {"deg": 1}))
     for unit, factor in units.items()
     for per in ("", "/s", "/s^2")
 }
@@ -27,6 +31,9 @@ MEASURES: Final = {
 
 _BEYOND_ENDS: Final = Fraction(101, 100)
 """Allowance for moves along the whole travel: a stage stops a few counts before or after its ends."""
+
+_HIGHEST: Final = 2**31 - 1
+"""The highest position of a position counter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +103,58 @@ class Travel:
         if self.low is None:
             return f"{float(self.length):.10g} {self.unit} ({self.source})"
         return f"{float(self.low):.10g} to {float(self.low + self.length):.10g} {self.unit}"
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """Positions between which a controller keeps its stage.
+
+    :param low: lowest position in counts.
+    :param high: highest position in counts.
+    :param source: message that reported them, for messages.
+    :param chosen: whether they are software limits, positions of the counter that a user has switched on. The
+        others are data of the stage, and positions of the counter after homing.
+    """
+
+    low: int
+    high: int
+    source: str
+    chosen: bool
+
+    @classmethod
+    def between(cls, ends: Iterable[int], source: str, *, chosen: bool) -> Held | None:
+        """Return the limits between two ends; None if they are not two different positions."""
+        positions = sorted(set(ends))
+        if len(positions) != 2:
+            return None
+        low, high = positions
+        return cls(low, high, source, chosen) if low >= -_HIGHEST - 1 and high <= _HIGHEST else None
+
+    def check_place(self, what: str, counts: int, scale: Scale | None) -> None:
+        """Raise :class:`~stagewire.errors.LimitError` for a position outside."""
+        if not self.low <= counts <= self.high:
+            unit = "counts" if scale is None else scale.unit
+            raise LimitError(
+                f"{what}: {_number(counts, scale)} {unit} is outside the limits of the controller, "
+                f"{self.shown(scale)}; nothing was sent{self._advice(scale)}"
+            )
+
+    def _advice(self, scale: Scale | None) -> str:
+        """Return what to do if the position counter was changed after homing."""
+        if self.chosen or scale is None:
+            return ""
+        option = TRAVELS[MEASURES[scale.unit][0]]
+        return f". If the position counter was changed after homing, home again, or pass {option}= to open"
+
+    def shown(self, scale: Scale | None) -> str:
+        """Return the limits in units, or in counts without a scale, with their source."""
+        unit = "counts" if scale is None else scale.unit
+        when = "" if self.chosen else " after homing"
+        return f"{_number(self.low, scale)} to {_number(self.high, scale)} {unit}{when} ({self.source})"
+
+
+def _number(counts: int, scale: Scale | None) -> str:
+    return str(counts) if scale is None else f"{float(scale.from_counts(counts)):.6g}"
 
 
 def _factor(scale: Scale) -> int:

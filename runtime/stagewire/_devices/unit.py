@@ -13,7 +13,7 @@ from stagewire._codec.message import Message
 from stagewire._codec.protocol import Protocol
 from stagewire._devices.candidates import Candidate
 from stagewire._devices.scales import Rule
-from stagewire._devices.tables import ParameterSet, Poll, Query
+from stagewire._devices.tables import Action, ParameterSet, Poll, Query
 from stagewire._devices.values import Values
 from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._framings.slots.protocol import CommandProtocol
@@ -30,6 +30,8 @@ class Told:
     :param field: field for the setting, in ``set`` and ``get``.
     :param scale: scale of the field, for a setting that is a number.
     :param values: value of the field -> value of the setting, if a table defines it.
+    :param active: another field, and its values with which the setting applies; None: always.
+    :param not_on: units on which the field has no meaning.
     """
 
     set: type[Message] | None
@@ -38,19 +40,27 @@ class Told:
     field: str
     scale: Scale | None = None
     values: Mapping[int, int | Fraction | str] | None = None
+    active: tuple[str, tuple[int, ...]] | None = None
+    not_on: tuple[str, ...] = ()
+
+    def applies(self, message: Message) -> bool:
+        """Return whether the setting that a message reports applies."""
+        return self.active is None or getattr(message, self.active[0]) in self.active[1]
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """A setting of a controller that scales depend on.
+    """A setting of a controller that scales depend on, or an end of the travel that it allows.
 
-    :param unit: unit of its value; empty if it is a case.
+    :param unit: unit of its value; empty if it is a case or an end.
     :param told: messages that report it.
+    :param quantity: quantity of an end, which is in counts.
     """
 
     name: str
     unit: str
     told: tuple[Told, ...]
+    quantity: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +119,54 @@ class Hindrance:
     limit: bool = False
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Need:
+    """A state of the controller without which a motion cannot succeed.
+
+    The state is refused if it hinders a motion (:class:`Hindrance`), or if a value cannot work.
+
+    :param table: request that reads it.
+    :param fields: fields that must not be 0 and, if their values have names, must be one of them.
+    :param each_time: whether it is read before each motion; otherwise when the device is opened.
+    """
+
+    table: ParameterSet[Any]
+    fields: tuple[str, ...] = ()
+    each_time: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Positions:
+    """The only positions of a unit, counted from 1, and how it moves to them.
+
+    :param move: action that moves to a position.
+    :param argument: its field for the position.
+    :param read: request for the bits that show the position.
+    :param field: field of the reply with these bits.
+    :param places: value of the argument and mask of the bit, for each position.
+    :param times: parameter set with the time of a move.
+    :param time: its field with the time in ms.
+    :param counts: its field with the same time in counts of the unit.
+    :param factor: counts for a time of 1 ms.
+    :param exponent: power of the time in ms that the factor is multiplied with.
+    """
+
+    move: Action
+    argument: str
+    read: ParameterSet[Any] | Query[Any]
+    field: str
+    places: tuple[tuple[int, int], ...]
+    times: ParameterSet[Any]
+    time: str
+    counts: str
+    factor: int
+    exponent: float
+
+    def counts_of(self, milliseconds: int) -> int:
+        """Return a time in counts of the unit."""
+        return int(self.factor * milliseconds**self.exponent + 0.5)
+
+
 @dataclass(frozen=True, slots=True)
 class StageReport:
     """Message in which a unit reports the stage on a channel.
@@ -158,6 +216,12 @@ class Unit:
     :param status_query: request for such a status, which also contains the position.
     :param hindrances: message -> its field, and the states that may prevent a motion.
     :param diagnosis: requests that together report all of these states.
+    :param needs: message that starts a motion -> the state that it needs.
+    :param reports_ends_after: parameters that it must receive before it reports the end of any motion; None:
+        it always reports them.
+    :param positions: its positions, if it has only a few; None for others.
+    :param farewell: message to send before the line is closed, if the host sent one of the messages whose
+        effect it ends; one without such messages ends the connection.
     :param idle: request whether an axis is idle, if no status bits report it.
     :param quantities: quantities in its messages.
     :param settable: quantities in its messages to the controller.
@@ -194,6 +258,10 @@ class Unit:
         default_factory=dict
     )
     diagnosis: tuple[ParameterSet[Any] | Query[Any], ...] = ()
+    needs: Mapping[type[Message], tuple[Need, ...]] = field(default_factory=dict)
+    reports_ends_after: ParameterSet[Any] | None = None
+    positions: Positions | None = None
+    farewell: Mapping[type[Message], tuple[type[Message], ...]] = field(default_factory=dict)
     idle: Poll | None = None
     quantities: tuple[str, ...] = ()
     settable: tuple[str, ...] = ()
@@ -285,7 +353,7 @@ class Facts:
         """Yield every setting of a unit with the messages that report it."""
         for setting in self.settings.values():
             for told in setting.told:
-                classes = (told.set, told.get)
+                classes = (told.set, told.get) if unit.name not in told.not_on else ()
                 if any(cls is not None and cls.layout.message in unit.messages for cls in classes):
                     yield setting, told
 

@@ -78,7 +78,10 @@ def diagnose_line(url: str, unit: str | None = None) -> list[Diagnosis]:
     Raise :class:`~stagewire.errors.BadValueError` for an unknown unit.
     """
     known = None if unit is None else known_by_name(unit)
-    port = port_of(url)
+    try:
+        port = port_of(url)
+    except TransportError as error:
+        return [_failed(url, error)]
     found = look_at(port) if port else Found(Port(url))
     if known is not None and not can_identify(known.protocol):
         return _commands(url, known)

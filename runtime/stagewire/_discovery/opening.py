@@ -9,8 +9,16 @@ from importlib import import_module
 from stagewire._codec.protocol import usable_protocols
 from stagewire._discovery.identification import can_identify, identify
 from stagewire._discovery.ports import Port, port_of
-from stagewire._discovery.products import Known, by_identity, by_name, every_unit
-from stagewire._discovery.search import ASK_TIMEOUT, Found, look_at, recognise
+from stagewire._discovery.products import (
+    Known,
+    by_identity,
+    by_name,
+    by_serial_number,
+    card_of,
+    every_unit,
+)
+from stagewire._discovery.search import ASK_TIMEOUT, Found, addresses_of, look_at, recognise
+from stagewire._links.usb import number_in, usb_url
 from stagewire.errors import BadValueError, TransportLostError, UnsupportedError, WrongUnitError
 
 TYPE_CHECKING = False
@@ -24,15 +32,18 @@ _VIRTUAL = re.compile(r"virtual://([^?#/]*)", re.IGNORECASE)
 _LINK_OPTIONS = ("baudrate", "rtscts")
 
 
-def open(url: str, unit: str | None = None, **options: Any) -> Any:
+def open(url: str | None = None, unit: str | None = None, **options: Any) -> Any:
     """Open a controller and return its device, like ``TDC001.open(url, **options)`` of its class.
 
-    The unit is given by ``unit``, by the name in ``virtual://NAME`` or by the serial number of the USB port.
-    Otherwise the identity is requested from the controller (HW_REQ_INFO), which changes nothing. A controller
+    The unit is given by ``unit``, by the name in ``virtual://NAME`` or by the serial number: that of
+    ``serial_number=`` or of the USB port. If its prefix belongs to several units, or is unknown, the identity
+    is requested from the controller (HW_REQ_INFO), which changes nothing. Only one address is asked. A rack
+    is asked only if the serial number, ``unit`` or ``bay`` says that there is one. A controller
     newer than the document is opened as the unit whose messages it supports, if the registry names one, and
     uses its own scales (``model=``).
 
-    :param url: a serial port, ``socket://HOST:PORT``, ``virtual://NAME`` or any other URL of a link.
+    :param url: a serial port, ``usb://SERIAL_NUMBER``, ``socket://HOST:PORT``, ``virtual://NAME`` or any
+        other URL of a link. If it is left out, the USB port of ``serial_number=`` is opened.
     :param unit: name of the unit, such as ``TDC001``.
     :param options: options of the class, such as ``stage=``, ``travel_mm=`` or ``bay=``.
 
@@ -41,6 +52,8 @@ def open(url: str, unit: str | None = None, **options: Any) -> Any:
     :class:`~stagewire.errors.UnsupportedError` for a unit without a class, and the errors of ``open`` of the
     class.
     """
+    if url is None:
+        url = usb_url(options.get("serial_number"))
     name = unit or unit_at(url, **options)
     return device_class(name).open(url, **{**model_option(name), **options})
 
@@ -91,8 +104,8 @@ def unit_at(url: str, **options: Any) -> str:
     virtual = _VIRTUAL.match(url)
     if virtual and _by_any(virtual[1]) is not None:
         return virtual[1].upper()
-    port = port_of(url)
-    found = look_at(port) if port else Found(Port(url))
+    number = options.get("serial_number") or number_in(url)
+    found = _numbered(url, str(number)) if number else _plugged(url)
     if found.unit is None:
         found = _asked(found, **options)
     units = {known.unit for known in found.known}
@@ -108,6 +121,22 @@ def unit_at(url: str, **options: Any) -> str:
     return found.unit
 
 
+def _numbered(url: str, number: str) -> Found:
+    """Return the units with a serial number; raise an error for that of a card."""
+    named: list[Known] = []
+    for protocol in usable_protocols():
+        if (why := card_of(protocol, number)) is not None:
+            raise WrongUnitError(f"{url}: {why}")
+        named += by_serial_number(protocol, number)
+    return Found(Port(url), tuple(named))
+
+
+def _plugged(url: str) -> Found:
+    """Return the units that the USB plug of a port shows."""
+    port = port_of(url)
+    return look_at(port) if port else Found(Port(url))
+
+
 def _by_any(name: str) -> Known | None:
     """Return the unit with a name in any protocol, or None."""
     found = (by_name(protocol, name) for protocol in usable_protocols())
@@ -115,7 +144,11 @@ def _by_any(name: str) -> Known | None:
 
 
 def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
-    """Request the identity of the controller, or of the module in ``bay`` of a rack."""
+    """Request the identity of the controller, or of the module in ``bay`` of a rack.
+
+    Only one address is asked, because a request to a wrong one can freeze a controller: that of the known
+    units, of the motherboard if there is a ``bay``, or else that of a controller with its own USB plug.
+    """
     from stagewire._links.opening import open_link
 
     settings = {name: options[name] for name in _LINK_OPTIONS if name in options}
@@ -124,7 +157,10 @@ def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
         for protocol in usable_protocols():
             if not can_identify(protocol):
                 continue
-            found = recognise(found, link, protocol, ASK_TIMEOUT)
+            addresses = addresses_of(protocol, found.known)
+            found = recognise(
+                found, link, protocol, ASK_TIMEOUT, addresses[-1:] if bay else addresses[:1]
+            )
             if found.unit is None and found.identity is not None and bay is not None:
                 module, _ = identify(link, protocol, (_bay(protocol, bay),), ASK_TIMEOUT)
                 known = (
@@ -139,7 +175,8 @@ def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
         link.close()
     raise WrongUnitError(
         f"{found.url}: {found.problem or 'no installed protocol has an identity request'}; give the name of "
-        "its unit (unit='TDC001', or --unit TDC001 on the command line), or run stagewire doctor"
+        "its unit (unit='TDC001', or --unit TDC001 on the command line; a rack is asked only by its name or "
+        "with bay=), or run stagewire doctor"
     )
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stagewire._links.serial_port import PortFacts, port_called, ports_there_are
+from stagewire._links.usb import SYSFS, number_in, number_on_plug, port_with
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -65,9 +66,6 @@ def plug_of(vid: int | None, pid: int | None, manufacturer: str = "") -> Plug | 
     return None
 
 
-_SERIAL_NUMBER = re.compile(r"([0-9]+)[A-D]?\Z")  # Windows adds the letter of the chip's channel
-
-
 @dataclass(frozen=True, slots=True)
 class Port:
     """A serial port.
@@ -106,22 +104,25 @@ def serial_ports() -> list[Port]:
 
 
 def port_of(url: str) -> Port | None:
-    """Return the port of a URL, or None; links such as ``/dev/serial/by-id/…`` are resolved."""
+    """Return the port of a URL, or None; links such as ``/dev/serial/by-id/…`` are resolved.
+
+    Raise :class:`~stagewire.errors.LinkOpenError` for ``usb://`` with a serial number that no port has.
+    """
+    if (number := number_in(url)) is not None:
+        return _port(port_with(number))
     info = None if "://" in url else port_called(url)
     return None if info is None else _port(info)
 
 
 def _port(info: PortFacts) -> Port:
     """Return a port from the data of pyserial, which is incomplete in different ways on each system."""
-    serial_number = info.serial_number or ""
-    number = _SERIAL_NUMBER.match(serial_number)
     description = info.description or ""
     return Port(
         device=info.device,
         description="" if description == "n/a" else description,
         vid=info.vid,
         pid=info.pid,
-        serial_number=number[1] if number else serial_number,
+        serial_number=number_on_plug(info.serial_number),
         manufacturer=info.manufacturer or "",
     )
 
@@ -129,9 +130,6 @@ def _port(info: PortFacts) -> Port:
 def _in_order(name: str) -> list[tuple[int, str]]:
     """Return a sort key that places COM10 after COM9."""
     return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name)]
-
-
-SYSFS = Path("/sys/bus/usb/devices")
 
 
 @dataclass(frozen=True, slots=True)

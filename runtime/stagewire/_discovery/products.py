@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from stagewire._codec.protocol import Protocol, usable_protocols
-from stagewire._devices.candidates import Candidate, candidates, clean_model, owners
+from stagewire._devices.candidates import (
+    Candidate,
+    candidates,
+    clean_model,
+    of_a_card,
+    owners,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
+
+
+class _Numbers(NamedTuple):
+    """The prefixes of the serial numbers of a unit, and of its cards."""
+
+    name: str
+    usb_prefix: int | None
+    card_usb_prefix: int | None
 
 
 _KINSHIPS = (("address", "family"), ("address", "status", "stages"))
@@ -89,6 +104,19 @@ def by_identity(protocol: Protocol, serial_number: int, model: str | bytes) -> l
     known = _candidates(protocol, "usb_prefix", "card_usb_prefix")
     found = candidates(known, serial_number, clean_model(model))
     return [_known(protocol, one.name) for one in found]
+
+
+def card_of(protocol: Protocol, serial_number: str) -> str | None:
+    """Return that a serial number is that of a card in a rack, and what to do; None for other numbers."""
+    if not (serial_number.isascii() and serial_number.isdigit()):
+        return None
+    return of_a_card(
+        int(serial_number),
+        [
+            _Numbers(name, facts.get("usb_prefix"), facts.get("card_usb_prefix"))
+            for name, facts in _units(protocol).items()
+        ],
+    )
 
 
 def _known(protocol: Protocol, name: str) -> Known:

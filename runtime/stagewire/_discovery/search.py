@@ -140,12 +140,20 @@ def identified(found: Found, timeout: float = ASK_TIMEOUT) -> Found:
         link.close()
 
 
-def recognise(found: Found, link: Link, protocol: FramedProtocol, timeout: float) -> Found:
+def recognise(
+    found: Found,
+    link: Link,
+    protocol: FramedProtocol,
+    timeout: float,
+    addresses: tuple[int, ...] | None = None,
+) -> Found:
     """Request the identity on an open line, and return the result.
+
+    :param addresses: addresses to ask, in order; None: those of :func:`addresses_of`.
 
     Raise :class:`~stagewire.errors.TransportLostError` if the line is lost.
     """
-    addresses = addresses_of(protocol, found.known)
+    addresses = addresses_of(protocol, found.known) if addresses is None else addresses
     identity, heard = identify(link, protocol, addresses, timeout)
     if identity is None:
         at = " and ".join(f"{address:#04x}" for address in addresses)

@@ -2,6 +2,7 @@
 
 =========================  ==================================================================================
 ``socket://HOST:PORT``     TCP: :mod:`stagewire._links.tcp`
+``usb://SERIAL_NUMBER``    the port of the controller with this number: :mod:`stagewire._links.usb`
 a scheme of another        the module that the package registers under the entry point group
 package                    ``stagewire.links``, with ``open_link(url, settings)`` and
                            ``async open_async_link(url, settings)``
@@ -35,6 +36,8 @@ def open_link(url: str | Link, **options: object) -> Link:
     if isinstance(url, Link):
         return url
     scheme = _scheme_of(url, AsyncLink)
+    if scheme == "usb":
+        url, scheme = _port_of(url), ""
     if scheme == "socket":
         from stagewire._links.tcp import open_tcp
 
@@ -53,6 +56,8 @@ async def open_async_link(url: str | AsyncLink, **options: object) -> AsyncLink:
     if isinstance(url, AsyncLink):
         return url
     scheme = _scheme_of(url, Link)
+    if scheme == "usb":
+        url, scheme = _port_of(url), ""
     if scheme == "socket":
         from stagewire._links.async_descriptor import open_async_tcp
 
@@ -63,6 +68,14 @@ async def open_async_link(url: str | AsyncLink, **options: object) -> AsyncLink:
     from stagewire._links.serial_link import open_async_serial
 
     return await open_async_serial(url, settings)
+
+
+def _port_of(url: str) -> str:
+    """Return the name of the port of a ``usb://`` URL."""
+    from stagewire._links.usb import number_in, port_with
+
+    name: str = port_with(number_in(url) or "").device
+    return name
 
 
 def _scheme_of(url: object, other: type) -> str:

@@ -169,7 +169,7 @@ OF_THE_REGISTRY = {
     "address", "alias-added", "alias-removed", "bit-motion", "controller-added", "effect",
     "enumeration-open", "exchange", "family-added", "field-enumeration", "field-flags-by-unit",
     "field-open", "field-quantity", "field-scale", "flags-open", "list-added", "list-messages",
-    "message-set", "prefix-added", "prefix-shared", "quantity-added", "quantity-removed",
+    "message-set", "motion-need", "prefix-added", "prefix-shared", "quantity-added", "quantity-removed",
     "quantity-unit", "scale", "scale-added", "scale-form", "scale-removed", "set-removed",
     "unit-added", "unit-address", "unit-also-at", "unit-baud-rates", "unit-channels",
     "unit-keep-alive", "unit-messages", "unit-model", "unit-prefix", "unit-rate", "unit-stages",

@@ -93,14 +93,32 @@ def parts(cls: type) -> dict[str, type]:
 
 
 def calls(unit: str, package: str = "stagewire_apt") -> list[Call]:
-    """Return every call of a unit that is generated from the registry, except those that are never sent."""
+    """Return every call of a unit that is generated from the registry, except those that are never sent.
+
+    Those that report or set limits of the controller come last: random limits refuse later targets.
+    """
     cls = getattr(import_module(f"{package}.devices"), unit)
     found = (
         Call(unit, part, name, kind, table)
         for part, its in parts(cls).items()
         for name, kind, table in _methods(its)
     )
-    return [call for call in found if not getattr(message_of(call).layout, "not_sent", "")]
+    sent = [call for call in found if not getattr(message_of(call).layout, "not_sent", "")]
+    return sorted(sent, key=lambda call: _owner(call) in limiting(package.split("_", 1)[1]))
+
+
+@cache
+def limiting(prefix: str) -> set[str]:
+    """Return the parameter sets with limits of the controller."""
+    protocol = {"apt": "thorlabs_apt", "ms2000": "asi_ms2000"}[prefix]
+    settings = registry(protocol)["settings"].values()
+    return {owner for setting in settings if "quantity" in setting for owner in setting["told_by"]}
+
+
+def _owner(call: Call) -> str:
+    """Return the name of the parameter set of a call, if it has one."""
+    name: str = message_of(call).layout.message  # type: ignore[attr-defined]
+    return name.replace("_SET_", "_").replace("_REQ_", "_")
 
 
 def _methods(cls: type) -> Iterator[tuple[str, str, Any]]:
@@ -199,11 +217,20 @@ def arguments(call: Call, draw: random.Random, protocol: str = "thorlabs_apt") -
 
 
 def in_units(
-    call: Call, draw: random.Random, protocol: str = "thorlabs_apt"
+    call: Call,
+    draw: random.Random,
+    protocol: str = "thorlabs_apt",
+    *,
+    rotary: bool | None = None,
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the keywords in units, each with valid counts for all other values."""
+    """Yield the keywords in units, each with valid counts for all other values.
+
+    :param rotary: kind of the stage, to leave out the keywords for the other kind; None: all.
+    """
     for given in givens(call):
         for way in given.ways:
+            if rotary is not None and way[1].startswith("mm" if rotary else "deg"):
+                continue
             others = arguments(call, draw, protocol)
             del others[given.keyword]
             yield way[0], others

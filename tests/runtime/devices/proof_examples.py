@@ -76,7 +76,7 @@ class Recorder(FarEnd):
     """A controller that records all messages except keep-alive messages, and sends given answers once.
 
     :ivar moves: whether the call starts a motion. If so, the library's requests about it are answered with
-        zeros and not recorded.
+        values that allow the motion, zeros as far as possible, and not recorded.
     """
 
     def __init__(self, protocol: str) -> None:
@@ -94,7 +94,10 @@ class Recorder(FarEnd):
             cls: Any = answers_of().get(type(message))
             if cls is None:
                 return b""
-            return frame_of(cls.layout.message, frame.dest, chan_ident=channel_of(message))
+            usable = {"home_velocity": 1} if "home_velocity" in cls.layout.fields else {}
+            return frame_of(
+                cls.layout.message, frame.dest, chan_ident=channel_of(message), **usable
+            )
         cls = message.reply
         return b"" if cls is None else cls(**dict.fromkeys(cls.layout.fields, 0)).pack()
 
@@ -125,7 +128,7 @@ def perform(side: Side, protocol: str, entry: Any, *answers: bytes, wait: float 
     async def scenario(bench: Any) -> Any:
         if protocol == "thorlabs_apt":
             options["identify"] = False
-        far.moves = "ends" in entry or ".start_" in entry["call"]
+        far.moves = "ends" in entry or ".start_" in entry["call"] or ".home(" in entry["call"]
         if "ends" in entry:
             options["target_tolerance_counts"] = 1 << 32  # the recorder does not move
         async with bench.open(entry["unit"], package, on_close="leave", **options) as device:

@@ -200,7 +200,7 @@ def test_printing_a_device_shows_each_limit_and_its_source() -> None:
     with z8()[1] as tdc:
         lines = str(tdc).splitlines()
     assert lines[2:6] == [
-        "  channel 1: stage Z8",
+        "  channel 1: stage Z8, chosen by the user",
         "    travel: unknown (the series has actuators of 6, 12 and 25 mm; specify stage Z806, Z812 or "
         "Z825); not checked; set it with travel_mm=",
         f"    maximum velocity: 2.6 mm/s (Z8, {settings})",

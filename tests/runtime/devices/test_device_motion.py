@@ -45,7 +45,7 @@ def test_home_and_move_wait_until_the_motion_ends(tdc: TDC001, line: RecordingLi
     assert isinstance(end.message, m.MotMoveCompletedDc)
     assert end.values is not None
     assert end.values.exact("position_mm") == 1.5
-    assert line.names(PROTOCOL) == ["MOT_MOVE_HOME", "MOT_MOVE_ABSOLUTE"]
+    assert line.names(PROTOCOL) == ["MOT_REQ_HOMEPARAMS", "MOT_MOVE_HOME", "MOT_MOVE_ABSOLUTE"]
 
 
 def test_a_started_motion_can_be_waited_for_later(tdc: TDC001, line: RecordingLink) -> None:

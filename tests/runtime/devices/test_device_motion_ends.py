@@ -28,6 +28,7 @@ from stagewire_virtual import stepped
 
 TRAVEL = 5 * 34304
 SHORT = "virtual://TDC001?stage=Z8&travel=171520"
+DISABLE = m.ModSetChanEnableState(1, e.EnableState.DISABLE)
 COMPLETED, STATUS = b"\x64\x04", b"\x91\x04"
 
 
@@ -213,7 +214,7 @@ def test_an_ms2000_that_misses_its_target_raises_an_error() -> None:
 
 def test_a_timeout_names_the_likely_cause_but_does_not_end_the_motion() -> None:
     with TDC001.open(short(), stage="Z8", on_close="leave") as tdc:
-        tdc.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
+        tdc.session.send(DISABLE, 0x50)  # not noticed by the device
         with pytest.raises(
             MotionTimeoutError, match="likely cause: the channel is disabled"
         ) as end:
@@ -231,7 +232,7 @@ def test_a_timeout_names_the_likely_cause_but_does_not_end_the_motion() -> None:
 def test_a_timeout_names_the_likely_cause_in_asyncio() -> None:
     async def main() -> None:
         async with AsyncTDC001.open(SHORT, stage="Z8", motion_timeout=2) as tdc:
-            await tdc.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
+            await tdc.session.send(DISABLE, 0x50)
             motion = await tdc.start_move_absolute(mm=1)
             for _ in range(2):
                 with pytest.raises(MotionTimeoutError, match="the channel is disabled"):
@@ -243,7 +244,7 @@ def test_a_timeout_names_the_likely_cause_in_asyncio() -> None:
 def test_a_state_without_a_status_bit_is_requested_separately() -> None:
     line = RecordingLink(virtual.TST001())
     with TST001.open(line, line="rs232", on_close="leave") as tst:
-        tst.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
+        tst.session.send(DISABLE, 0x50)
         line.forget()
         with pytest.raises(MotionTimeoutError) as end:
             tst.move_absolute(counts=10_000, timeout=2)
@@ -320,7 +321,7 @@ def test_no_status_is_requested_after_the_line_is_lost() -> None:
 def test_a_fault_report_ends_the_wait_immediately(quirks: list[str], code: int, fault: str) -> None:
     line = short(quirks=quirks, answer_unsupported=True)
     with TDC001.open(line, stage="Z8") as tdc:
-        tdc.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
+        tdc.session.send(DISABLE, 0x50)
         begun = tdc.session.now()
         with pytest.raises(ControllerFaultError, match="may still be in progress") as end:
             tdc.move_absolute(mm=1)

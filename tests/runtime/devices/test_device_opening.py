@@ -30,10 +30,16 @@ from stagewire_apt.devices.facts import FACTS
 from stagewire_ms2000 import MS2000
 
 
-def test_opening_only_requests_the_identity() -> None:
+def test_opening_only_requests_the_identity_and_the_state_that_motions_need() -> None:
     line = RecordingLink(virtual.TDC001())
     with TDC001.open(line) as tdc:
-        assert line.names(PROTOCOL) == ["HW_REQ_INFO"]
+        assert line.names(PROTOCOL) == [
+            "HW_REQ_INFO",
+            "MOT_REQ_HOMEPARAMS",
+            "MOD_REQ_CHANENABLESTATE",
+            "MOT_REQ_VELPARAMS",
+            "MOT_REQ_JOGPARAMS",
+        ]
         assert tdc.serial_number == tdc.get_info().serial_number
         assert tdc.info is not None
 
@@ -237,7 +243,7 @@ def test_printing_a_device_shows_its_identity_stage_and_scales() -> None:
         assert lines[:4] == [
             "TDC001: One-channel T-Cube DC servo driver, at virtual://TDC001",
             "  serial number 83000001, model TDC001, firmware 1.0.0",
-            "  channel 1: stage Z8",
+            "  channel 1: stage Z8, chosen by the user",
             "    travel: 0 to 12 mm (set by travel_mm)",
         ]
         assert "    position: 34304 counts per mm (Z8, Issue 3, page 56)" in lines
@@ -248,10 +254,12 @@ def test_printing_a_device_shows_its_identity_stage_and_scales() -> None:
 
 
 def test_identical_channels_are_printed_once() -> None:
-    with BBD102.open(RecordingLink(virtual.BBD102()), stage="MLS203") as rack:
-        assert "  bays 1, 2: stage MLS203\n    travel: unknown" in str(rack)
+    line = RecordingLink(virtual.BBD102())
+    with BBD102.open(line, stage="MLS203", identify=False) as rack:
+        assert "  bays 1, 2: stage MLS203, chosen by the user\n    travel: unknown" in str(rack)
         assert str(rack).count("position: 20000 counts per mm") == 2  # position, encoder_position
-    with BBD102.open(RecordingLink(virtual.BBD102()), stages={2: "MLS203"}) as rack:
+    line = RecordingLink(virtual.BBD102())
+    with BBD102.open(line, stages={2: "MLS203"}, identify=False) as rack:
         assert "  bay 1: no stage\n    travel: unknown" in str(rack)
         assert str(rack).count(" position, ") == str(rack).count("pass stage= (the document") == 1
         assert "  bay 2: stage MLS203" in str(rack)

@@ -305,7 +305,9 @@ def test_a_scale_of_a_user_in_another_unit_is_refused(line: RecordingLink) -> No
 
 
 def test_exact_supports_only_values_in_units(tdc: TDC001) -> None:
-    with pytest.raises(UnknownFieldError, match=r"has no value position in units \(choose mm\)"):
+    with pytest.raises(
+        UnknownFieldError, match=r"has no value position in units \(choose mm, deg\)"
+    ):
         tdc.get_pos_counter().exact("position")
 
 

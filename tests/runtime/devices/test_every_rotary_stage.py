@@ -95,3 +95,20 @@ def test_a_rotary_stage_homes_to_0_degrees(stage: str, unit: str) -> None:
         part.home()
         offset = part.get_home_params().offset_distance_deg
         assert part.get_pos_counter().deg == pytest.approx(0, abs=0.1 + abs(offset))
+
+
+ENDLESS = [
+    (stage, unit)
+    for stage, unit in drives()
+    if isinstance(getattr(stages, stage).limits["travel"], EndlessTravel)
+]
+
+
+@pytest.mark.parametrize(("stage", "unit"), ENDLESS)
+def test_an_endless_stage_turns_past_360_degrees_without_wrapping(stage: str, unit: str) -> None:
+    device, part = opened(unit, stage, motion_timeout=600, **source_of(stage))
+    with device:
+        half = Fraction(1, 2) / part.scales.of("position", "deg").counts_per_unit
+        for angle in (400, -30):
+            end = part.move_absolute(deg=angle)
+            assert abs(end.values.exact("position_deg") - angle) <= half

@@ -38,9 +38,13 @@ def test_open_uses_the_name_in_a_virtual_url() -> None:
 
 
 def test_open_requests_the_identity(monkeypatch: pytest.MonkeyPatch) -> None:
-    with virtual.BBD102() as rack:
-        lead_to(monkeypatch, rack)
+    with virtual.TDC001() as tdc:
+        lead_to(monkeypatch, tdc)
         with stagewire.open("virtual://made") as device:
+            assert type(device) is TDC001
+    with virtual.BBD102(serial_number=73000001) as rack:
+        lead_to(monkeypatch, rack)
+        with stagewire.open("virtual://made", serial_number=73000001) as device:
             assert type(device) is BBD102
 
 

@@ -103,11 +103,11 @@ def test_the_doctor_reports_that_a_unit_is_not_supported(monkeypatch: pytest.Mon
 def test_a_model_that_several_units_report_does_not_decide(monkeypatch: pytest.MonkeyPatch) -> None:
     with virtual.BBD102() as rack:
         monkeypatch.setattr(opening, "open_link", reporting(rack, 73000001, b"BBD102"))
-        assert unit_at("socket://127.0.0.1:9") == "BBD102"
+        assert unit_at("socket://127.0.0.1:9", serial_number=73000001) == "BBD102"
         known = {"unit": "BBD102", "shared_with": ["BBD103"], "distinguished_by": "nothing"}
         monkeypatch.setitem(APT.registry()["known_prefixes"], "73", known)
         with pytest.raises(WrongUnitError, match="the reported model does not show which it is"):
-            unit_at("socket://127.0.0.1:9")
+            unit_at("socket://127.0.0.1:9", serial_number=73000001)
 
 
 def test_classes_accept_each_unit_that_reports_the_same_model() -> None:

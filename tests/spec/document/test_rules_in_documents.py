@@ -16,7 +16,8 @@ import pytest
 import plain_yaml
 
 from . import flow, sentences
-from .conftest import SPEC, document
+from .conftest import SPEC, document, path_of
+from .layout_sentences import LayoutSentences
 
 PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
 NOT_RULES = Path(__file__).parent / "not_rules.yaml"
@@ -151,3 +152,33 @@ def test_an_unnamed_sentence_is_reported_with_its_reference(
     assert word in text
     assert sentence.text in text
     assert sentences.digest(sentence.text) in text
+
+
+@pytest.fixture(scope="module")
+def layout() -> LayoutSentences:
+    return LayoutSentences(path_of("thorlabs_apt_issue_37"))
+
+
+def rules_of_issue_37() -> dict[str, Entry]:
+    return load(SPEC / "thorlabs_apt" / "overlays" / "issue_37" / "rules.yaml")["rules"]
+
+
+def test_every_rule_of_issue_37_names_its_sentences(layout: LayoutSentences) -> None:
+    rules = rules_of_issue_37()
+    problems = {name: layout.problems(entry["sentences"]) for name, entry in rules.items()}
+    assert not {name: found for name, found in problems.items() if found}
+    near = [
+        name
+        for name, entry in rules.items()
+        if any(abs(one["page"] - entry["page"]) > 1 for one in entry["sentences"])
+    ]
+    assert not near
+    assert len(rules) >= 110
+
+
+def test_a_wrong_sentence_of_issue_37_is_found(layout: LayoutSentences) -> None:
+    right = rules_of_issue_37()["flipper-transit-range"]["sentences"][0]
+    assert not layout.problems([right])
+    assert layout.problems([right | {"number": right["number"] + 1}])
+    assert layout.problems([right | {"digest": "0" * 12}])
+    assert layout.problems([right | {"page": right["page"] - 1}])

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from checkout import ROOT
 from overlay_packages import command, environment_of, generate, run
+from stagewire_cli.main import main
 
 OVERLAYS = ("issue_37", "later_issues")
 
@@ -280,3 +283,50 @@ with devices.KDC101.open(URL) as kdc:
             run(package, f"{START}URL = {url!r}\n{program}")
         finally:
             server.terminate()
+
+
+RENAMING = """\
+overlay: renaming
+title: New names of two messages.
+summary: Renames messages that virtual controllers use.
+document: {title: A later issue, issue: "99", date: May 2026, pages: 1}
+renames:
+  parameter_sets: {MOT_VELPARAMS: {to: MOT_SPEEDPARAMS, spelling: speed params}}
+  messages: {MOT_MOVE_JOG: {to: MOT_MOVE_STEP, spelling: move step}%s}
+"""
+RENAMED = """\
+from stagewire.errors import MotionTimeoutError
+from stagewire_apt import TDC001
+
+with TDC001.open("virtual://TDC001", motion_timeout=0.5) as tdc:
+    print(tdc.get_speed_params().max_velocity)
+    for move in (lambda: tdc.jog(1), lambda: tdc.move_relative(counts=5)):
+        try:
+            move()
+        except MotionTimeoutError:
+            print("no end")
+            tdc.stop()
+"""
+
+
+def renamed(tmp_path: Path, *more: str) -> Path:
+    """Return a package with an overlay that renames messages."""
+    spec = tmp_path / "thorlabs_apt"
+    shutil.copytree(ROOT / "spec" / "thorlabs_apt", spec)
+    shutil.copytree(ROOT / "spec" / "schema", tmp_path / "schema")
+    (spec / "overlays" / "renaming").mkdir()
+    (spec / "overlays" / "renaming" / "overlay.yaml").write_text(RENAMING % "".join(more))
+    options = ["--overlay", "thorlabs_apt/renaming", "--base"]
+    assert main(["generate", "--spec", str(spec), "--out", str(tmp_path / "out"), *options]) == 0
+    return tmp_path / "out" / "python"
+
+
+def test_virtual_controllers_lose_the_behaviour_of_renamed_messages(tmp_path: Path) -> None:
+    """As ``docs/how-to/overlays.md`` says."""
+    assert run(renamed(tmp_path), RENAMED).splitlines() == ["0", "no end", "no end"]
+
+
+def test_a_unit_whose_kind_no_message_shows_cannot_be_simulated(tmp_path: Path) -> None:
+    package = renamed(tmp_path, ", MOT_MOVE_HOME: {to: MOT_GO_HOME, spelling: go home}")
+    output = command(package, "stop", "virtual://TDC001", status=1)
+    assert "TDC001 cannot be simulated yet: a virtual channel needs one of the messages" in output

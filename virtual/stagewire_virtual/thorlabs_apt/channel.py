@@ -3,7 +3,7 @@
 A controller answers parameter messages from the registry alone: a SET stores values, and a REQ returns them.
 A :class:`Behaviour` is written by hand and simulates a channel over time. It handles messages that start
 actions (:func:`handles`), computes the values of live sets (:func:`live`), is called when a set was stored
-(:func:`stored`), and fills the status.
+(:func:`stored`), fills reserved bytes (:func:`amends`), and fills the status.
 """
 
 from __future__ import annotations
@@ -134,6 +134,14 @@ def stored(*sets: str) -> Callable[[_Method], _Method]:
     return _mark("stored", sets)
 
 
+def amends(*messages: str) -> Callable[[_Method], _Method]:
+    """Mark a method that fills the reserved bytes of a GET before it is sent.
+
+    ``def with_scales(self, message: FramedMessage) -> FramedMessage``.
+    """
+    return _mark("amends", messages)
+
+
 class LiveState(NamedTuple):
     """The position and state of a channel for its :class:`~stagewire_virtual.instrument.Row`."""
 
@@ -150,7 +158,9 @@ class Behaviour:
     can_stick: ClassVar[bool] = False
     """Whether the channel has a moving part that can be blocked."""
 
-    _marked: ClassVar[Mapping[str, Mapping[str, str]]] = {"handles": {}, "live": {}, "stored": {}}
+    _marked: ClassVar[Mapping[str, Mapping[str, str]]] = {
+        kind: {} for kind in ("handles", "live", "stored", "amends")
+    }
 
     def __init_subclass__(cls) -> None:
         marked = {kind: dict(names) for kind, names in cls._marked.items()}

@@ -32,7 +32,12 @@ from stagewire_virtual.thorlabs_apt.flipper import Flipper
 from stagewire_virtual.thorlabs_apt.motor.motor import Motor
 from stagewire_virtual.thorlabs_apt.parameters import new_parameters
 from stagewire_virtual.thorlabs_apt.piezo.piezo import Piezo
-from stagewire_virtual.thorlabs_apt.quirks import CLOCKWISE_IS_NEGATIVE, QUIRKS
+from stagewire_virtual.thorlabs_apt.quirks import (
+    CLOCKWISE_IS_NEGATIVE,
+    QUIRKS,
+    ZERO_MOTION_PARAMETERS,
+    without_motion,
+)
 from stagewire_virtual.thorlabs_apt.rack import BAYS, RACK, Bays, PanelLock, UserIo, modular_rack
 from stagewire_virtual.thorlabs_apt.solenoid import Solenoid
 from stagewire_virtual.thorlabs_apt.strain_gauge import StrainGauge
@@ -183,7 +188,10 @@ class AptInstrument(Instrument):
         clockwise = -1 if CLOCKWISE_IS_NEGATIVE in self._options.quirks else 1
         channel = Channel(ident, unit, self.clock, settings, chance, clockwise)
         behaviour = behaviour_of(unit)
-        channel.initialize(new_parameters(channel, behaviour))
+        parameters = new_parameters(channel, behaviour)
+        if ZERO_MOTION_PARAMETERS in self._options.quirks:
+            parameters = without_motion(parameters)
+        channel.initialize(parameters)
         behaviour(channel)
         self._channels[name] = channel
         return channel

@@ -163,7 +163,9 @@ class Parameters:
         values = {name: value for name, value in values.items() if name in found.layout.fields}
         if facts.names_channel:
             values[CHANNEL] = channel.ident
-        return found(**values)
+        message = found(**values)
+        amend = channel.behaviour.method("amends", get)
+        return amend(message) if amend else message
 
 
 def obey_enable_state(channel: Channel) -> None:

@@ -1,15 +1,15 @@
 """Deviations of real controllers from the document, by name; off by default.
 
-Most quirks change frames on their way out, so that behaviours and controllers do not depend on them. One
-concerns the motion of a stage and is a property of the channel (:data:`CLOCKWISE_IS_NEGATIVE`). All are facts
-from public drivers, captures and later issues of the document.
+Most quirks change frames on their way out, so that behaviours and controllers do not depend on them. Two
+concern the motion of a stage and are properties of the channel: :data:`CLOCKWISE_IS_NEGATIVE` and
+:data:`ZERO_MOTION_PARAMETERS`. All are facts from public drivers, captures and later issues of the document.
 """
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Mapping
-from typing import Final
+from typing import Any, Final
 
 from stagewire import Frame
 from stagewire_apt import messages as m
@@ -18,6 +18,26 @@ from stagewire_virtual.thorlabs_apt.identity import DIGITS
 
 CLOCKWISE_IS_NEGATIVE: Final = "clockwise_is_negative"
 """The quirk of motors whose position falls clockwise; :class:`.Channel` lists its effects."""
+
+ZERO_MOTION_PARAMETERS: Final = "zero_motion_parameters"
+"""The quirk of controllers that power on with unusable parameters, as users report of the K10CR1."""
+
+_MOTION_PARAMETERS: Final[Mapping[str, tuple[str, ...]]] = {
+    "MOT_VELPARAMS": ("acceleration", "max_velocity"),
+    "MOT_JOGPARAMS": ("jog_step_size", "jog_acceleration", "jog_max_velocity"),
+    "MOT_HOMEPARAMS": ("home_velocity",),
+}
+
+
+def without_motion(
+    parameters: Mapping[str, Mapping[str, Any]],
+) -> Mapping[str, Mapping[str, Any]]:
+    """Return the parameters of a new controller with velocities, accelerations and steps of 0."""
+    return {
+        name: {**values, **dict.fromkeys(_MOTION_PARAMETERS.get(name, ()), 0)}
+        for name, values in parameters.items()
+    }
+
 
 Quirk = Callable[[Frame, Unit], Frame]
 """Converts a frame according to the document to the frame that the unit sends."""
@@ -107,5 +127,6 @@ FRAME_QUIRKS: Final[Mapping[str, Quirk]] = {
 QUIRKS: Final[Mapping[str, str]] = {
     **{name: (quirk.__doc__ or "").partition("\n")[0] for name, quirk in FRAME_QUIRKS.items()},
     CLOCKWISE_IS_NEGATIVE: "Move to lower positions in direction 1, forward (CW), and report that direction.",
+    ZERO_MOTION_PARAMETERS: "Power on with velocities, accelerations and jog steps of 0.",
 }
 """The effect of each quirk, in a sentence, by name."""

@@ -7,6 +7,7 @@ from stagewire.support import AsyncBay as Bay
 from stagewire.support import AsyncChannel as Channel
 from stagewire.support import AsyncChannelsDevice as ChannelsDevice
 from stagewire.support import AsyncModuleDevice as ModuleDevice
+from stagewire.support import AsyncPositionsDevice as PositionsDevice
 from stagewire.support import AsyncRackDevice as RackDevice
 from stagewire.support import AsyncSingleChannelDevice as SingleChannelDevice
 from stagewire_apt.aio.parts import flipper, generic, motor, piezo, solenoid
@@ -2114,7 +2115,7 @@ class LTS300(
 
 
 class MFF101(
-    SingleChannelDevice,
+    PositionsDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
@@ -2141,7 +2142,7 @@ class MFF101(
 
 
 class MFF102(
-    SingleChannelDevice,
+    PositionsDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,

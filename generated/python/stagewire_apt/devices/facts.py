@@ -11,6 +11,8 @@ from stagewire.support import (
     ByUnit,
     Facts,
     Hindrance,
+    Need,
+    Positions,
     Rule,
     Scale,
     Setting,
@@ -2569,6 +2571,36 @@ _TBD001_STATUS_BITS_HINDRANCES = (
 )
 
 SETTINGS: dict[str, Setting] = {
+    "clockwise_limit": Setting(
+        "clockwise_limit",
+        "",
+        (
+            Told(
+                set=m.MotSetLimSwitchParams,
+                req=m.MotReqLimSwitchParams,
+                get=m.MotGetLimSwitchParams,
+                field="cw_soft_limit",
+                active=("software_limit_mode", (0x02, 0x03)),
+                not_on=("TDC001",),
+            ),
+        ),
+        quantity="position",
+    ),
+    "counterclockwise_limit": Setting(
+        "counterclockwise_limit",
+        "",
+        (
+            Told(
+                set=m.MotSetLimSwitchParams,
+                req=m.MotReqLimSwitchParams,
+                get=m.MotGetLimSwitchParams,
+                field="ccw_soft_limit",
+                active=("software_limit_mode", (0x02, 0x03)),
+                not_on=("TDC001",),
+            ),
+        ),
+        quantity="position",
+    ),
     "display_mode": Setting(
         "display_mode",
         "",
@@ -2598,6 +2630,32 @@ SETTINGS: dict[str, Setting] = {
                 scale=quantities.FORCE_CALIBRATION,
             ),
         ),
+    ),
+    "highest_position": Setting(
+        "highest_position",
+        "",
+        (
+            Told(
+                set=m.MotSetPmdStageAxisParams,
+                req=m.MotReqPmdStageAxisParams,
+                get=m.MotGetPmdStageAxisParams,
+                field="max_pos",
+            ),
+        ),
+        quantity="position",
+    ),
+    "lowest_position": Setting(
+        "lowest_position",
+        "",
+        (
+            Told(
+                set=m.MotSetPmdStageAxisParams,
+                req=m.MotReqPmdStageAxisParams,
+                get=m.MotGetPmdStageAxisParams,
+                field="min_pos",
+            ),
+        ),
+        quantity="position",
     ),
     "lut_value_type": Setting(
         "lut_value_type",
@@ -2912,6 +2970,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -2993,6 +3079,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3074,6 +3188,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3147,6 +3289,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3225,6 +3395,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3303,6 +3501,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3376,6 +3602,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _BBD30X_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3455,6 +3709,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _BBD30X_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3534,6 +3816,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _BBD30X_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3603,6 +3913,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3653,6 +3995,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -3682,6 +4056,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=21,
         prefixes=(21,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3719,6 +4094,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=31,
         prefixes=(31,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3756,6 +4132,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=41,
         prefixes=(41,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3791,6 +4168,7 @@ UNITS: dict[str, Unit] = {
         family="card_slot_piezo",
         status="piezo",
         update_rate_hz=10,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3828,6 +4206,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=71,
         prefixes=(71,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3858,6 +4237,7 @@ UNITS: dict[str, Unit] = {
         family="benchtop_piezo",
         status="piezo",
         update_rate_hz=10,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3889,6 +4269,7 @@ UNITS: dict[str, Unit] = {
         family="card_slot_piezo",
         status="piezo",
         update_rate_hz=10,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3922,6 +4303,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=71,
         prefixes=(71,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -3955,6 +4337,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         prefixes=(41,),
         reported_as=("PCC301",),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -4041,6 +4424,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4117,6 +4532,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4221,6 +4668,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4326,6 +4805,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4357,7 +4868,8 @@ UNITS: dict[str, Unit] = {
         keep_alive=m.MotAckDcStatusUpdate,
         update_rate_hz=10,
         usb_prefix=70,
-        prefixes=(70,),
+        card_usb_prefix=90,
+        prefixes=(70, 90),
         stages=(
             "APT_STEPPER",
             "ZST",
@@ -4433,6 +4945,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "analog_input",
@@ -4519,6 +5063,42 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={
+            m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,),
+            m.HwDisconnect: (),
+            m.HwNoFlashProgramming: (),
+        },
         quantities=(
             "acceleration",
             "analog_input",
@@ -4604,6 +5184,42 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={
+            m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,),
+            m.HwDisconnect: (),
+            m.HwNoFlashProgramming: (),
+        },
         quantities=(
             "acceleration",
             "analog_input",
@@ -4630,7 +5246,8 @@ UNITS: dict[str, Unit] = {
         status="stepper",
         update_rate_hz=10,
         usb_prefix=70,
-        prefixes=(70,),
+        card_usb_prefix=90,
+        prefixes=(70, 90),
         reported_as=("SCC201",),
         stages=(
             "APT_STEPPER",
@@ -4691,6 +5308,42 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={
+            m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,),
+            m.HwDisconnect: (),
+            m.HwNoFlashProgramming: (),
+        },
         quantities=(
             "acceleration",
             "analog_input",
@@ -4737,6 +5390,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4808,6 +5493,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _KBD101_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4923,6 +5636,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _KDC101_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -4976,6 +5721,11 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.CHAN_ENABLE_STATE,),
+        needs={
+            m.MotMoveAbsoluteHeader: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveAbsolute: (Need(t.CHAN_ENABLE_STATE, ()),),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5069,6 +5819,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5166,6 +5948,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5217,6 +6031,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5261,6 +6107,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5306,6 +6184,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5335,6 +6245,19 @@ UNITS: dict[str, Unit] = {
         status_query=t.MOT_STATUS_BITS,
         hindrances={m.MotGetStatusBits: ("status_bits", _DC_STATUS_BITS_HINDRANCES)},
         diagnosis=(t.MOT_STATUS_BITS,),
+        positions=Positions(
+            t.JOG,
+            "direction",
+            t.MOT_STATUS_BITS,
+            "status_bits",
+            ((0x01, 0x1), (0x02, 0x2)),
+            t.MFF_OPER_PARAMS,
+            "transit_time",
+            "transit_time_adc",
+            10000000,
+            -1.591,
+        ),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=("milliseconds",),
         settable=("milliseconds",),
     ),
@@ -5355,6 +6278,19 @@ UNITS: dict[str, Unit] = {
         status_query=t.MOT_STATUS_BITS,
         hindrances={m.MotGetStatusBits: ("status_bits", _DC_STATUS_BITS_HINDRANCES)},
         diagnosis=(t.MOT_STATUS_BITS,),
+        positions=Positions(
+            t.JOG,
+            "direction",
+            t.MOT_STATUS_BITS,
+            "status_bits",
+            ((0x01, 0x1), (0x02, 0x2)),
+            t.MFF_OPER_PARAMS,
+            "transit_time",
+            "transit_time_adc",
+            10000000,
+            -1.591,
+        ),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=("milliseconds",),
         settable=("milliseconds",),
     ),
@@ -5391,6 +6327,22 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+            ),
+            m.MotMoveRelativeHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveRelative: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsoluteHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsolute: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveJog: (Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),),
+        },
+        reports_ends_after=t.HOME_PARAMS,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5434,6 +6386,22 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+            ),
+            m.MotMoveRelativeHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveRelative: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsoluteHeader: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveAbsolute: (Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),),
+            m.MotMoveJog: (Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),),
+        },
+        reports_ends_after=t.HOME_PARAMS,
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5460,6 +6428,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         usb_prefix=51,
         prefixes=(51,),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5566,6 +6535,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5655,6 +6656,37 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5705,6 +6737,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5765,6 +6829,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5837,6 +6933,34 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _TBD001_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(t.HOME_PARAMS, ("home_velocity",), each_time=True),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5943,6 +7067,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetDcStatusUpdate: ("status_bits", _DC_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.DC_STATUS_UPDATE,),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -5982,6 +7138,7 @@ UNITS: dict[str, Unit] = {
             " after being enabled has locked up"
         ),
         also_at=(0x11, 0x21),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "display_brightness",
             "lut_output",
@@ -6031,6 +7188,11 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.CHAN_ENABLE_STATE,),
+        needs={
+            m.MotMoveAbsoluteHeader: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveAbsolute: (Need(t.CHAN_ENABLE_STATE, ()),),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "encoder_position",
             "milliseconds",
@@ -6062,6 +7224,7 @@ UNITS: dict[str, Unit] = {
             " after being enabled has locked up"
         ),
         also_at=(0x11, 0x21),
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "display_brightness",
             "force_calibration",
@@ -6141,6 +7304,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",
             "encoder_position",
@@ -6227,6 +7422,38 @@ UNITS: dict[str, Unit] = {
             m.MotGetStatusUpdateLong: ("status_bits", _STEPPER_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.STATUS_UPDATE, t.CHAN_ENABLE_STATE),
+        needs={
+            m.MotMoveHome: (
+                Need(
+                    t.HOME_PARAMS,
+                    ("home_velocity", "home_direction", "limit_switch"),
+                    each_time=True,
+                ),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelativeHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveRelative: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsoluteHeader: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveAbsolute: (
+                Need(t.VEL_PARAMS, ("acceleration", "max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+            m.MotMoveVelocity: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.MotMoveJog: (
+                Need(t.JOG_PARAMS, ("jog_acceleration", "jog_max_velocity")),
+                Need(t.CHAN_ENABLE_STATE, ()),
+            ),
+        },
+        farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
         quantities=(
             "acceleration",
             "encoder_position",

@@ -8,6 +8,7 @@ from stagewire.support import (
     Channel,
     ChannelsDevice,
     ModuleDevice,
+    PositionsDevice,
     RackDevice,
     SingleChannelDevice,
 )
@@ -2116,7 +2117,7 @@ class LTS300(
 
 
 class MFF101(
-    SingleChannelDevice,
+    PositionsDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
@@ -2143,7 +2144,7 @@ class MFF101(
 
 
 class MFF102(
-    SingleChannelDevice,
+    PositionsDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,

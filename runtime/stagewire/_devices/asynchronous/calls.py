@@ -147,7 +147,7 @@ async def set_all(
     message = _message(endpoint, what, table, fields, writing)
     deadline = endpoint.deadline(endpoint.seconds(timeout))
     async with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
-        await _write(endpoint, table, message, deadline)
+        await write(endpoint, table, message, deadline)
 
 
 async def change(
@@ -181,7 +181,7 @@ async def change(
                 f"{what}: the controller holds a value that cannot be written back: {error}; nothing was "
                 f"written. Also pass this value, or write all values with set_{table.name}"
             ) from None
-        await _write(endpoint, table, message, deadline)
+        await write(endpoint, table, message, deadline)
     return table.values(type(read).keep({**read.values(), **new}), endpoint.scales())
 
 
@@ -221,9 +221,10 @@ def check_limits(
     endpoint.connection.limits(endpoint.place).check(what, entries, fields, endpoint.scales())
 
 
-async def _write(
+async def write(
     endpoint: Endpoint, table: ParameterSet[Any], message: Message, deadline: Deadline
 ) -> None:
+    """Send the message that writes a set, and learn from it."""
     await endpoint.transport.send(message, endpoint.address_of(table), deadline.left)
     endpoint.connection.learn(endpoint.address, endpoint.channel, message)
 

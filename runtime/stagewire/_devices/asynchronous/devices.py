@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, Unpack
 
+from stagewire._devices.asynchronous import positions
 from stagewire._devices.asynchronous.handshake import greet, leave, wait_for_timeouts
 from stagewire._devices.asynchronous.parts import Axis, Channel, Part
 from stagewire._devices.asynchronous.transport import (
@@ -30,11 +31,14 @@ from stagewire._devices.structure import (
 )
 from stagewire._devices.unit import commanded, framed
 from stagewire._links.link import AsyncClosing, AsyncLink
+from stagewire._links.usb import usb_url
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
 from stagewire._sessions.command_exchanges import in_low_level, switching
 from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
 
 if TYPE_CHECKING:
+    from types import TracebackType
+
     from stagewire._devices.connection import Connection
     from stagewire._sessions.command_exchanges import Mode
 
@@ -55,13 +59,16 @@ class _Opened(DeviceBase, Part, AsyncClosing):
         self._opened = 0  # how many times the line was reopened
 
     @classmethod
-    def open(cls, url: str | AsyncLink, **options: Unpack[OpenOptions]) -> Opening[Self]:
+    def open(
+        cls, url: str | AsyncLink | None = None, **options: Unpack[OpenOptions]
+    ) -> Opening[Self]:
         """Open a line and return the controller on it, to await or to enter. Nothing moves.
 
         ``async with TDC001.open(url) as tdc:`` closes it at the end. After ``tdc = await TDC001.open(url)``,
         call :meth:`close`.
 
-        :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``socket://host:4001`` or ``virtual://TDC001``.
+        :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``usb://83812345``, ``socket://host:4001`` or
+            ``virtual://TDC001``. If it is left out, the USB port of ``serial_number=`` is opened.
 
         For the options, see :class:`~stagewire.devices.OpenOptions`. Raise
         :class:`~stagewire.errors.LinkOpenError`, :class:`~stagewire.errors.WrongUnitError`,
@@ -72,8 +79,10 @@ class _Opened(DeviceBase, Part, AsyncClosing):
 
     @classmethod
     def _open(
-        cls, link: str | AsyncLink | Device, options: OpenOptions, bay: int = 1
+        cls, link: str | AsyncLink | Device | None, options: OpenOptions, bay: int = 1
     ) -> Opening[Self]:
+        if link is None:
+            link = usb_url(options.get("serial_number"))
         if isinstance(link, Device):
             check_guest(cls.unit, options, link.unit.name)
             while isinstance(link._link, Device):  # a guest itself
@@ -119,14 +128,40 @@ class _Opened(DeviceBase, Part, AsyncClosing):
             await self._connect()
             self._opened += 1
 
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self._leave(aborted=kind is not None)
+
+    @property
+    def left_moving(self) -> tuple[str, ...]:
+        """The motions that may continue after :meth:`close`, such as ``TDC001: move_absolute``.
+
+        They are those that were started here and whose end is unknown, if the device was opened with
+        ``on_close="leave"`` or if the line was lost, so that no stop could be sent. Empty before
+        :meth:`close`.
+        """
+        return self._at.connection.left_moving
+
     async def close(self) -> None:
         """Stop the motions started here, unless ``on_close`` is ``leave``, and close the line.
 
-        Closing a closed device does nothing.
+        The updates that were started here are stopped. At the end of a ``with`` block that an exception ends,
+        the controller is also told that the host disconnects, if its unit has such a message. The stops are
+        sent first. Closing a closed device does nothing.
+
+        Motions that may continue are logged as a warning, and listed in :attr:`left_moving`.
         """
+        await self._leave(aborted=False)
+
+    async def _leave(self, *, aborted: bool) -> None:
         connection, session = self._at.connection, self.session
-        if session.lost and not session.closed and connection.choices.stop_on_close:
-            connection.warn_of_motions()
+        if not session.closed:
+            connection.aborted = aborted
+            connection.note_motions(lost=session.lost)
         if isinstance(self._link, Device):
             await leave(connection)
             with suppress(ValueError):  # closed before
@@ -155,7 +190,8 @@ class Device(_Opened):
                 await leave(connection)
             await transport.close()
             raise
-        session.on_close.append(connection.last_words)
+        connection.aborted = not guest  # until it is closed
+        session.on_close.insert(0, connection.last_words)  # before the owner of the line ends it
 
     @property
     def session(self) -> AsyncFramedSession:
@@ -167,6 +203,50 @@ class Device(_Opened):
 
 class SingleChannelDevice(Device, Channel):
     """A controller with one channel; the device itself is the channel."""
+
+
+class PositionsDevice(SingleChannelDevice):
+    """A controller that has only a few positions, such as a filter flipper; the device is the channel.
+
+    It reports no end of a move, and a move cannot be stopped: neither :meth:`close` nor Ctrl-C stops it.
+    """
+
+    @property
+    async def position(self) -> int | None:
+        """The position that the controller reports, counted from 1; None if it reports none.
+
+        It reports none while it moves. Each access sends a request.
+        """
+        return await positions.position_of(self._at)
+
+    async def move_to(self, position: int, *, timeout: float | None = None) -> None:
+        """Move to a position, and wait until the controller reports it.
+
+        No move is sent if it reports this position already.
+
+        :param position: counted from 1.
+        :param timeout: in seconds; default: twice the transit time, and the timeout of the device.
+
+        Raise :class:`~stagewire.errors.OutOfRangeError` and :class:`~stagewire.errors.BadValueError` for a
+        position that does not exist, and :class:`~stagewire.errors.MotionTimeoutError` if the position is not
+        reported in time; the move is not sent again.
+        """
+        await positions.move_to(self._at, position, timeout)
+
+    @property
+    async def transit_time(self) -> int:
+        """The time of a move between two positions in ms; each access sends a request."""
+        return await positions.transit_time(self._at)
+
+    async def set_transit_time(self, milliseconds: int, *, timeout: float | None = None) -> None:
+        """Set the time of a move in ms, and keep the other parameters of its set.
+
+        The unit also needs this time in its own counts, which are computed as the document describes.
+
+        Raise :class:`~stagewire.errors.OutOfRangeError` and :class:`~stagewire.errors.BadValueError` for an
+        invalid time, and the errors of the ``change_`` methods.
+        """
+        await positions.set_transit_time(self._at, milliseconds, timeout)
 
 
 class ChannelsDevice(ChannelsBase[C], Device, Generic[C]):
@@ -182,7 +262,10 @@ class _Module(Device):
 
     @classmethod
     def open(
-        cls, url: str | AsyncLink | Device, bay: int = 1, **options: Unpack[OpenOptions]
+        cls,
+        url: str | AsyncLink | Device | None = None,
+        bay: int = 1,
+        **options: Unpack[OpenOptions],
     ) -> Opening[Self]:
         """Open a line to a rack and return the controller in a bay, counted from 1: bay 1 is 0x21.
 

@@ -7,14 +7,15 @@ from contextlib import suppress
 from typing import Any, Final
 
 from stagewire._devices.asynchronous.calls import query
+from stagewire._devices.asynchronous.readiness import read_state
 from stagewire._devices.asynchronous.transport import (
     Endpoint,
     FramedTransport,
     Transport,
 )
 from stagewire._devices.connection import Connection
-from stagewire._devices.identity import check_identity, firmware_of
-from stagewire._devices.tables import Query
+from stagewire._devices.identity import check_identity, firmware_of, unanswered
+from stagewire._devices.tables import ParameterSet, Query
 from stagewire._devices.unit import framed
 from stagewire._devices.values import Values
 from stagewire.errors import ReplyTimeoutError, StagewireError, TurnedAwayError
@@ -52,14 +53,10 @@ async def greet(
     except TurnedAwayError as error:
         raise TurnedAwayError(f"{error.line}. Only the identity request was sent") from None
     except ReplyTimeoutError as error:
-        bay = " and its bay (bay=)" if unit.kind == "bay" else ""
-        raise ReplyTimeoutError(
-            f"no {unit.name} answers at {connection.url}: {error}. Check that it is switched on and that "
-            f"this is its port{bay}, or pass identify=False to open it without this check"
-        ) from None
+        raise ReplyTimeoutError(unanswered(connection, error)) from None
     check_identity(connection, info)
     _set_contexts(connection, transport)
-    await _ask_settings(connection, own)
+    await _ask_stages_and_settings(connection, own, info)
 
 
 def _set_contexts(connection: Connection[Transport], transport: FramedTransport) -> None:
@@ -84,31 +81,56 @@ async def wait_for_timeouts(connection: Connection[Transport]) -> None:
             await transport.pause(min(left, pause))
 
 
-async def _ask_settings(connection: Connection[Transport], own: Endpoint) -> None:
-    """Request from every channel the settings that its scales depend on."""
-    tables = _tables(connection)
-    if not tables:
+async def _ask_stages_and_settings(
+    connection: Connection[Transport], own: Endpoint, info: Values[Any]
+) -> None:
+    """Request from every channel its stage, the settings of its scales, and the state that motions need."""
+    tables, unit = _tables(connection), connection.unit
+    reports, needs_state = unit.reports_stage, bool(unit.needs)
+    if not tables and reports is None and not needs_state:
         return
-    unit = connection.unit
     for place in connection.places:
         bay = unit.bays.index(place[0]) if unit.kind == "rack" else None  # 0-based on the wire
         if bay is not None and await _is_empty(connection, own, bay):
             continue
         endpoint = Endpoint(connection, *place, f"{unit.name} channel {place[1]}")
+        if reports is not None:
+            told = info if reports.message == info.message.layout.message else None
+            told = told or await _answer(endpoint, reports.query, "the stage")
+            if told is not None:
+                connection.reported_stage(place, reports.id_in(told.message))
         for table in tables:
-            try:
-                await query(endpoint, table, None, {})
-            except ReplyTimeoutError as error:
-                _log.warning("%s: a scale is unknown: %s", connection.url, error)
+            await _answer(endpoint, table, "a setting")
+        if needs_state:
+            needs_state = await read_state(endpoint)
+    if reports is not None:
+        connection.stages_reported()
+
+
+async def _answer(
+    endpoint: Endpoint, table: ParameterSet[Any] | Query[Any], what: str
+) -> Values[Any] | None:
+    """Return the answer to a request; None, with a warning, if there is none."""
+    try:
+        answer: Values[Any] = await query(endpoint, table, None, {})
+    except ReplyTimeoutError as error:
+        _log.warning("%s: %s is unknown: %s", endpoint.connection.url, what, error)
+        return None
+    return answer
 
 
 async def leave(connection: Connection[Transport]) -> None:
-    """Stop the motions of a device whose line others still use, unless ``on_close`` is ``leave``."""
+    """Stop the motions of a device whose line others still use, unless ``on_close`` is ``leave``.
+
+    Then stop the updates that it has started. Its connection is that of the others, and is not ended.
+    """
     transport, choices = connection.transport, connection.choices
     assert isinstance(transport, FramedTransport)
     with suppress(StagewireError):  # the line may be lost
         for address, halt in connection.motions.halts() if choices.stop_on_close else ():
             await transport.halt(halt, None, address, choices.timeout)
+        for address, ending in connection.updating:
+            await transport.send(ending(), address, choices.timeout)
         transport.keep_alive(None, connection.addresses)
 
 

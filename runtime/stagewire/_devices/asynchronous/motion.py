@@ -12,6 +12,7 @@ from typing import Final, TypeAlias
 from stagewire._codec.message import Message
 from stagewire._devices.arguments import fields_of
 from stagewire._devices.asynchronous.calls import Keywords, look, refuse_left, send_starting
+from stagewire._devices.asynchronous.readiness import check_ready, request_ends
 from stagewire._devices.asynchronous.targets import checked, targets_of
 from stagewire._devices.asynchronous.transport import Endpoint, framed_transport
 from stagewire._devices.endpoint import MOMENT, Deadline, defaults_of
@@ -175,7 +176,10 @@ async def start(
     message = endpoint.message(action.message, fields)
     deadline = endpoint.deadline(seconds)
     try:
+        await check_ready(endpoint, what, action.message, deadline)
         targets = await targets_of(endpoint, what, action, fields, deadline)
+        if action.ends is not None:
+            await request_ends(endpoint, what, deadline)
     except ReplyTimeoutError as error:
         raise MotionTimeoutError(f"{what} was not sent: {error}") from None
     ends = endpoint.connection.ends_of(action)

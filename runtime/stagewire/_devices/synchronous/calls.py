@@ -149,7 +149,7 @@ def set_all(
     message = _message(endpoint, what, table, fields, writing)
     deadline = endpoint.deadline(endpoint.seconds(timeout))
     with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
-        _write(endpoint, table, message, deadline)
+        write(endpoint, table, message, deadline)
 
 
 def change(endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, given: Keywords) -> V:
@@ -181,7 +181,7 @@ def change(endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, gi
                 f"{what}: the controller holds a value that cannot be written back: {error}; nothing was "
                 f"written. Also pass this value, or write all values with set_{table.name}"
             ) from None
-        _write(endpoint, table, message, deadline)
+        write(endpoint, table, message, deadline)
     return table.values(type(read).keep({**read.values(), **new}), endpoint.scales())
 
 
@@ -221,9 +221,10 @@ def check_limits(
     endpoint.connection.limits(endpoint.place).check(what, entries, fields, endpoint.scales())
 
 
-def _write(
+def write(
     endpoint: Endpoint, table: ParameterSet[Any], message: Message, deadline: Deadline
 ) -> None:
+    """Send the message that writes a set, and learn from it."""
     endpoint.transport.send(message, endpoint.address_of(table), deadline.left)
     endpoint.connection.learn(endpoint.address, endpoint.channel, message)
 

@@ -16,6 +16,7 @@ from stagewire._devices.arguments import fields_of
 from stagewire._devices.endpoint import MOMENT, Deadline, defaults_of
 from stagewire._devices.motions import Running
 from stagewire._devices.synchronous.calls import Keywords, look, refuse_left, send_starting
+from stagewire._devices.synchronous.readiness import check_ready, request_ends
 from stagewire._devices.synchronous.targets import checked, targets_of
 from stagewire._devices.synchronous.transport import Endpoint, framed_transport
 from stagewire._devices.tables import Action, MotionEnd, Poll
@@ -171,7 +172,10 @@ def start(endpoint: Endpoint, action: Action, timeout: float | None, given: Keyw
     message = endpoint.message(action.message, fields)
     deadline = endpoint.deadline(seconds)
     try:
+        check_ready(endpoint, what, action.message, deadline)
         targets = targets_of(endpoint, what, action, fields, deadline)
+        if action.ends is not None:
+            request_ends(endpoint, what, deadline)
     except ReplyTimeoutError as error:
         raise MotionTimeoutError(f"{what} was not sent: {error}") from None
     ends = endpoint.connection.ends_of(action)

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar, overload
 from stagewire._codec.events import Event
 from stagewire._devices.event_filter import EventFilter, First, Second, Third
 from stagewire._devices.structure import ChannelsBase, PartBase
-from stagewire._devices.synchronous import calls, motion
+from stagewire._devices.synchronous import calls, motion, readiness
 from stagewire._devices.synchronous.transport import Endpoint
 from stagewire._devices.tables import Action, Command, MotionEnd, ParameterSet, Query
 from stagewire._devices.values import Values
@@ -145,6 +145,30 @@ class Channel(Part):
         Raise :class:`~stagewire.errors.UnsupportedError` for a unit that cannot be asked.
         """
         return calls.is_moving(self._at, timeout)
+
+    def is_enabled(self, *, timeout: float | None = None) -> bool:
+        """Ask the controller whether the channel is enabled.
+
+        Raise :class:`~stagewire.errors.UnsupportedError` for a unit without motor channels that can be
+        enabled.
+        """
+        return readiness.is_enabled(self._at, timeout)
+
+    def enable(self, *, timeout: float | None = None) -> None:
+        """Enable the channel, and read its state back. No motion enables a channel by itself.
+
+        Raise :class:`~stagewire.errors.NotReadyError` if the controller still reports it as disabled, and the
+        errors of :meth:`is_enabled`.
+        """
+        readiness.switch_channel(self._at, timeout, on=True)
+
+    def disable(self, *, timeout: float | None = None) -> None:
+        """Disable the channel, and read its state back. The motor releases its load.
+
+        Raise :class:`~stagewire.errors.NotReadyError` if the controller still reports it as enabled, and the
+        errors of :meth:`is_enabled`.
+        """
+        readiness.switch_channel(self._at, timeout, on=False)
 
 
 class Bay(Channel):

@@ -17,24 +17,27 @@ from math import floor
 from typing import Any, Final
 
 from stagewire._devices.endpoint import Deadline
+from stagewire._devices.limits import position_scale
 from stagewire._devices.synchronous.calls import check_limits, look, moves, query, refuse_left
 from stagewire._devices.synchronous.transport import Endpoint
 from stagewire._devices.tables import Action, MotionEnd, Stored
 from stagewire._devices.travel import MEASURES, POSITION
-from stagewire._devices.values import InUnits, Values
+from stagewire._devices.values import Bits, BitsByUnit, InUnits, Values
 from stagewire.errors import (
     LimitError,
     MotionUnderWayError,
     ReplyTimeoutError,
     TargetNotReachedError,
-    UnknownScaleError,
 )
 from stagewire.quantities import Scale
 
 TOLERANCES: Final = {"mm": Fraction(1, 100), "deg": Fraction(1, 10)}
 """Unit -> how far from its target a motion may end, if the scale of the position is known."""
+TOLERANCE_MM: Final = TOLERANCES["mm"]  # name of 0.1, for one release
 TOLERANCE_COUNTS: Final = 500
 """The same if the scale is unknown: 0.015 mm on the stages with the finest encoders in the document."""
+_HOMED: Final = "homed"
+"""Name of the status bit of a stage that is homed."""
 _PAUSE: Final = 0.1
 """Seconds between two status requests while the stage still moves."""
 
@@ -64,15 +67,19 @@ def targets_of(
         counts = stored
         _check_stored(endpoint, what, action, counts)
     if action.target == "absolute":
-        _check_way(endpoint, what, counts, deadline)
+        _check_target(endpoint, what, counts, deadline)
         return (counts,)
-    here = _position(endpoint, what, deadline)
+    status = _status(endpoint, what, deadline)
+    here = position_in(status)
     if here is None:
         return ()
     directed = action.stored is None or _goes_as_stored(endpoint, action)
     ways = (counts,) if directed or not counts else (counts, -counts)
     _check_ways(endpoint, what, here, ways)
-    return tuple(here + way for way in ways)
+    targets = tuple(here + way for way in ways)
+    limits = endpoint.connection.limits(endpoint.place)
+    limits.check_held(what, targets, endpoint.scales(), homed=_is_homed(status))
+    return targets
 
 
 def position_in(values: Values[Any] | None) -> int | None:
@@ -89,7 +96,7 @@ def _stored(endpoint: Endpoint, what: str, stored: Stored, deadline: Deadline) -
     table = stored.table
     if table.req is None or table.req.layout.message not in endpoint.connection.unit.messages:
         return None
-    _refuse_second(endpoint, what, deadline)
+    refuse_second(endpoint, what, deadline)
     message = (query(endpoint, table, endpoint.part_of(deadline), {})).message
     if stored.when is not None:
         field, value = stored.when
@@ -99,16 +106,25 @@ def _stored(endpoint: Endpoint, what: str, stored: Stored, deadline: Deadline) -
     return counts
 
 
-def _position(endpoint: Endpoint, what: str, deadline: Deadline) -> int | None:
-    """Request the position; None for a unit that cannot report it."""
+def _status(endpoint: Endpoint, what: str, deadline: Deadline) -> Values[Any] | None:
+    """Request the status with the position; None for a unit that cannot report it."""
     status = endpoint.connection.unit.status_query
     if status is None:
         return None
-    _refuse_second(endpoint, what, deadline)
-    return position_in(look(endpoint, status, endpoint.part_of(deadline)))
+    refuse_second(endpoint, what, deadline)
+    values: Values[Any] = look(endpoint, status, endpoint.part_of(deadline))
+    return values
 
 
-def _refuse_second(endpoint: Endpoint, what: str, deadline: Deadline) -> None:
+def _is_homed(status: Values[Any] | None) -> bool:
+    """Return whether a status has a bit for a homed stage that is set."""
+    for name, value in () if status is None else vars(type(status)).items():
+        if isinstance(value, Bits | BitsByUnit) and _HOMED in getattr(status, name).names:
+            return True
+    return False
+
+
+def refuse_second(endpoint: Endpoint, what: str, deadline: Deadline) -> None:
     """Raise an error for a motion that would be refused, before anything is requested for it."""
     refuse_left(endpoint, what, deadline.left)
     running = endpoint.connection.motions.at(endpoint.place)
@@ -127,14 +143,21 @@ def _check_stored(endpoint: Endpoint, what: str, action: Action, counts: int) ->
         check(f"{what}: stored {action.stored.field}", counts, _known_scale(endpoint))
 
 
-def _check_way(endpoint: Endpoint, what: str, counts: int, deadline: Deadline) -> None:
-    """If only the length of the travel is known, compare it with the way from the current position."""
-    travel = endpoint.connection.limits(endpoint.place).travel
-    if travel is None or travel.low is not None:
+def _check_target(endpoint: Endpoint, what: str, counts: int, deadline: Deadline) -> None:
+    """Compare an absolute target with the limits of the controller, and with the length of the travel.
+
+    The status is requested if only the length is known, or if the limits apply only after homing.
+    """
+    limits, scales = endpoint.connection.limits(endpoint.place), endpoint.scales()
+    limits.check_held(what, (counts,), scales)
+    travel = limits.travel if limits.travel is not None and limits.travel.low is None else None
+    if travel is None and not limits.depend_on_homing:
         return
-    here = _position(endpoint, what, deadline)
-    if here is not None:
+    status = _status(endpoint, what, deadline)
+    here = position_in(status)
+    if travel is not None and here is not None:
         travel.check_way(what, here, counts, _known_scale(endpoint))
+    limits.check_held(what, (counts,), scales, homed=_is_homed(status))
 
 
 def _check_ways(endpoint: Endpoint, what: str, here: int, ways: tuple[int, ...]) -> None:
@@ -152,8 +175,9 @@ def _check_ways(endpoint: Endpoint, what: str, here: int, ways: tuple[int, ...])
 
 def _known_scale(endpoint: Endpoint) -> Scale:
     """Return the scale of the position, which is known if there is a travel."""
-    scales = endpoint.scales()
-    return scales.of(POSITION, scales.unit_of(POSITION))
+    scale = _scale(endpoint)
+    assert scale is not None
+    return scale
 
 
 def _goes_as_stored(endpoint: Endpoint, action: Action) -> bool:
@@ -229,10 +253,7 @@ def _tolerance(endpoint: Endpoint) -> int:
 
 
 def _scale(endpoint: Endpoint) -> Scale | None:
-    try:
-        return _known_scale(endpoint)
-    except UnknownScaleError:
-        return None
+    return position_scale(endpoint.scales())
 
 
 def _missed(

@@ -12,7 +12,7 @@ from typing import Any, Final
 from stagewire import Frame
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import JogMode, MoveDirection, StopMode
-from stagewire_virtual.thorlabs_apt.channel import Channel, handles
+from stagewire_virtual.thorlabs_apt.channel import Channel, handles, stored
 from stagewire_virtual.thorlabs_apt.motor.drive import Action
 from stagewire_virtual.thorlabs_apt.motor.moves import GoTo, Pace, Paces, RunOn, SlowDown
 from stagewire_virtual.thorlabs_apt.motor.stage import StageChannel
@@ -42,6 +42,18 @@ class Motor(StageChannel):
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
         self._paces = Paces(channel, self._scales)
+        self._awaited: str = channel.unit.facts.get("reports_ends_after", "")
+        self._reports_ends = not self._awaited
+
+    def power_on(self) -> None:
+        """Reset to the power-on state; some units then report no ends of motions at first."""
+        super().power_on()
+        self._reports_ends = not self._awaited
+
+    @stored("MOT_HOMEPARAMS")
+    def home_parameters_were_set(self, frame: Frame) -> None:
+        """Report the ends of motions from now on, also on units that wait for this (Issue 37, page 41)."""
+        self._reports_ends = True
 
     def enabled_changed(self) -> None:
         """Stop immediately and report it when disabled in motion; clear a motion error when enabled."""
@@ -161,7 +173,8 @@ class Motor(StageChannel):
     # Completions
 
     def _completed(self, cause: Frame) -> None:
-        self._say(_COMPLETED, cause)
+        if self._reports_ends:
+            self._say(_COMPLETED, cause)
 
     def _stopped(self, cause: Frame) -> None:
         self._say(_STOPPED, cause)
@@ -170,7 +183,8 @@ class Motor(StageChannel):
         self._homed = True
         self._position.set(0)
         self._encoder.set(0)
-        self.channel.send(m.MotMoveHomed(self.channel.ident), cause)
+        if self._reports_ends:
+            self.channel.send(m.MotMoveHomed(self.channel.ident), cause)
 
     def _say(self, layouts: Mapping[str, Callable[..., Any]], cause: Frame) -> None:
         message = layouts[self._kind](chan_ident=self.channel.ident, **self.status())

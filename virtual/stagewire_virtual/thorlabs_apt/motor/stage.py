@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Mapping
 from typing import Any, Final
 
-from stagewire import Frame
+from stagewire import Frame, FramedMessage
 from stagewire_apt import messages as m
 from stagewire_virtual.axis import SimulatedAxis
 from stagewire_virtual.thorlabs_apt.channel import (
     Behaviour,
     Channel,
     LiveState,
+    amends,
     handles,
     live,
     stored,
@@ -34,6 +36,8 @@ from stagewire_virtual.thorlabs_apt.motor.status import (
 )
 from stagewire_virtual.thorlabs_apt.motor.travel import active_limits, index_run, soft_limits
 
+_SCALES: Final = 6 + 50
+"""The offset of the reserved bytes in the frame of MOT_GET_PMDSTAGEAXISPARAMS."""
 _FASTEST: Final = 0x7FFF
 """The highest velocity that fits into a DC status."""
 
@@ -114,6 +118,23 @@ class StageChannel(Behaviour):
                     stage.update(min_pos=minimum, max_pos=maximum)
                 else:
                     self.channel.report_fault(frame, "the minimum would be above the maximum")
+
+    @amends("MOT_GET_PMDSTAGEAXISPARAMS")
+    def with_scales(self, message: FramedMessage) -> FramedMessage:
+        """Fill the reserved bytes with the scales of the stage, if it has one.
+
+        The document reserves them. The vendor's XA software reads a gear ratio, microsteps, and the scales of
+        positions, velocities and accelerations as floats there (TLMC_StageAxisParams of thorlabs_xa
+        1.9.1.28993), and cannot convert positions if they are 0.
+        """
+        scales = self._scales
+        if not scales.counts_per_mm:
+            return message
+        counts = float(scales.counts_per_mm)
+        raw = message.pack(0, 0)
+        floats = (counts, counts / scales.velocity, counts / scales.acceleration)
+        data = struct.pack("<HH3f", 1, 1, *floats)
+        return type(message).unpack(raw[:_SCALES] + data + raw[_SCALES + len(data) :])
 
     # Status
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE
+from stagewire_conformance.device.checks.apt import later_rules
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Incoming
@@ -86,6 +87,7 @@ _FIELDS: Final[Mapping[str, str]] = {
     "force_calib": "tsg-force-range",
     "reading": "tsg-reading-range",
     "smoothed": "tsg-reading-range",
+    **later_rules.FIELDS,
 }
 """Field, or message and field -> the rule about its values."""
 
@@ -99,6 +101,7 @@ _MESSAGES: Final[Mapping[str, str]] = {
     "MOT_GET_PMDTRACKSETTLEPARAMS": "settle-ranges",
     "MOT_GET_PMDSTAGEAXISPARAMS": "stage-axis-read",
     "PZ_GET_PICONSTS": "pi-constants-range",
+    **later_rules.MESSAGES,
 }
 """Message -> the rule about the values of all its other fields."""
 
@@ -141,6 +144,7 @@ _SETS: Final[Mapping[str, str]] = {
     "PZ_SET_TPZ_DISPSETTINGS": "display-intensity",
     "PZ_SET_TPZ_IOSETTINGS": "tpz-io-settings",
     "PZ_SET_TSG_IOSETTINGS": "tsg-io-settings",
+    **later_rules.SETS,
 }
 """SET message -> the rule that it sets its parameters."""
 

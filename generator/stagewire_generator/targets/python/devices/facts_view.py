@@ -29,6 +29,11 @@ from stagewire_generator.targets.python.devices.hindrances_view import (
     hindrance_lists,
     said_by,
 )
+from stagewire_generator.targets.python.devices.needs_view import (
+    farewell_entries,
+    need_entries,
+    position_entries,
+)
 from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.plan import device_framing_of
 from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
@@ -106,8 +111,10 @@ def reported_as(entry: Json) -> Iterator[Source]:
 def _setting(protocol: Protocol, name: str, entry: Json) -> Nested:
     unit = entry.get("unit", "")
     told = [_told(protocol, unit, *teller) for teller in entry["told_by"].items()]
-    items = (literal(name), literal(unit), Nested("(", tuple(told), ")"))
-    return Nested(f"{literal(name)}: Setting(", items, ")")
+    items: list[Source] = [literal(name), literal(unit), Nested("(", tuple(told), ")")]
+    if "quantity" in entry:
+        items.append(f"quantity={literal(entry['quantity'])}")
+    return Nested(f"{literal(name)}: Setting(", tuple(items), ")")
 
 
 def _told(protocol: Protocol, unit: str, owner: str, teller: Json) -> Nested:
@@ -119,7 +126,16 @@ def _told(protocol: Protocol, unit: str, owner: str, teller: Json) -> Nested:
         items.append(f"{role}={class_of(member, member.layouts[0])}" if member else f"{role}=None")
     items.append(f"field={literal(teller['field'])}")
     content = messages.get("get") or messages["set"]
-    field = next(f for f in content.layouts[0].all_fields if f.name == teller["field"])
+    fields = {f.name: f for f in content.layouts[0].all_fields}
+    if "while" in teller:
+        table = fields[teller["while"]["field"]].enum
+        assert table  # a lint rule ensures it
+        active = [f"0x{v.value:02X}" for v in table.values if v.name in teller["while"]["values"]]
+        state = (literal(teller["while"]["field"]), Nested("(", tuple(active), ")"))
+        items.append(Nested("active=(", state, ")"))
+    if "not_on" in teller:
+        items.append(Nested("not_on=(", tuple(map(literal, teller["not_on"])), ")"))
+    field = fields[teller["field"]]
     if field.enum:
         values = teller.get("values", {})
         named = [v for v in field.enum.values if not unit or v.name in values]
@@ -128,7 +144,7 @@ def _told(protocol: Protocol, unit: str, owner: str, teller: Json) -> Nested:
             for v in named
         ]
         items.append(Nested("values={", tuple(pairs), "}"))
-    elif field.quantity:
+    elif field.quantity and unit:
         items.append(f"scale=quantities.{field.quantity.name.upper()}")
     return Nested("Told(", tuple(items), ")")
 
@@ -335,6 +351,9 @@ def _unit(
         items.append(Nested("also_at=(", also, ")"))
     items += _moving(protocol, unit, tables)
     items += hindrance_entries(protocol, unit, tables)
+    items += need_entries(protocol, unit, tables)
+    items += position_entries(protocol, unit, tables)
+    items += farewell_entries(protocol, unit)
     for argument, of_messages in carried.items():
         names = {q for message in unit.messages for q in of_messages.get(message, ())}
         if names:

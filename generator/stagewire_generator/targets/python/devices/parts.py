@@ -236,7 +236,10 @@ def _classes(
         for level in _takers(framing, protocol, part.calls, shape):
             taken[level].append(part)
     classes: list[ClassPlan] = []
+    family = protocol.units["families"][entry["family"]]
     for level, (suffix, base) in shape.items():
+        if "positions" in family and level == DEVICE:
+            base = "PositionsDevice"
         element = classes[-1].name if classes else ""
         classes.append(ClassPlan(name + suffix, level, base, element, tuple(taken[level])))
     return tuple(classes)

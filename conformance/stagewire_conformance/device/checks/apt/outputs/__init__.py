@@ -7,6 +7,7 @@ from typing import Final
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.outputs import (
     enable,
+    flipper,
     lut,
     piezo_outputs,
     solenoid,
@@ -26,5 +27,7 @@ KINDS: Final[tuple[Kind, ...]] = (
     solenoid.STATE,
     solenoid.MODE,
     solenoid.INTERLOCK,
+    flipper.POSITIONS,
+    flipper.TIME,
 )
 """The kinds in the order in which they run."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Case, Kind
+from stagewire_conformance.device.checks.apt import later_rules
 from stagewire_conformance.device.checks.apt.replies import (
     Request,
     ask_all,
@@ -152,6 +153,7 @@ KIND = Kind(
         "tsg-outputs",
         "tsg-display-modes",
         "tsg-force-range",
+        *later_rules.OF_VALUES,
     ),
 )
 

@@ -240,9 +240,10 @@ def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 def _is_fit(declared: Declaration, placed: PlacedSet) -> bool:
     care = CARE.get(placed.set.name, Care())
-    layout = declared.registry.messages[placed.set.set]["layouts"][0]
+    layout, *others = declared.registry.messages[placed.set.set]["layouts"]
     plain = placed.set.effect == "settings" and not placed.set.skip and care.when is When.ALWAYS
-    return bool(plain and care.fields and layout["length"] > 1)
+    # with two lengths, a packet that is too short for the long one may be a valid short one
+    return bool(plain and care.fields and layout["length"] > 1 and not others)
 
 
 @WRONG_LENGTH.check(

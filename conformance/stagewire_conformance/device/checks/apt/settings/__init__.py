@@ -7,6 +7,7 @@ from typing import Final
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.settings import (
     channels,
+    connectors,
     counters,
     eeprom,
     readback,
@@ -17,6 +18,7 @@ KINDS: Final[tuple[Kind, ...]] = (
     counters.KIND,
     channels.CHANNELS,
     channels.BAYS_APART,
+    connectors.KIND,
     eeprom.KIND,
 )
 """The kinds in the order in which they run."""

@@ -81,6 +81,7 @@ class Care:
     :param doubtful: why no rule is broken if a value is not read back; empty if one is.
     :param first_channel: whether the document addresses the first channel only.
     :param zero: values that are always zero according to the document.
+    :param only_if: the set is changed only while these values are among the given ones.
     :param ignored: values that are ignored when they are set, and sent as zero.
     """
 
@@ -89,6 +90,7 @@ class Care:
     doubtful: str = ""
     first_channel: bool = False
     zero: tuple[str, ...] = ()
+    only_if: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     ignored: tuple[str, ...] = ()
 
 
@@ -96,6 +98,8 @@ _NEAR: Final = Varied(How.NEAR)
 _LOWER: Final = Varied(How.LOWER, floor=1)
 _WIDE: Final = Varied(How.WIDE)
 _HIGHER: Final = Varied(How.HIGHER)
+_SHARED: Final = Varied(How.LOWER, floor=1, common=True)
+_UNUSED: Final = (0x00, 0x01)  # page 141: a port that is not used, or a plain input
 _LISTED: Final = Varied(How.LISTED)
 _SWITCH: Final = Varied(How.LISTED, values=(2, 3), keep=0x80)  # page 39: makes, breaks; swapped
 
@@ -199,5 +203,72 @@ CARE: Final[Mapping[str, Care]] = {
         first_channel=True,  # page 119
     ),
     "PZ_TSG_IOSETTINGS": Care({"display_mode": _LISTED, "force_calib": _NEAR}),
+    # Issue 37. The display of a BBD30x belongs to all its channels. Ports that output something keep their
+    # settings, because a change could reach the connected equipment.
+    "MOT_KCUBEMMIPARAMS": Care(
+        {
+            **_all(_LOWER, "js_max_vel", "js_accn", "disp_brightness", "disp_dim_level"),
+            **_all(_NEAR, "preset_pos1", "preset_pos2", "disp_timeout"),
+            "preset_pos3": Varied(How.NEAR, advised=True),  # page 138: only on the BBD30x
+            "js_sensitivity": Varied(How.LOWER, floor=1, advised=True),
+        }
+    ),
+    "MOT_KCUBETRIGIOCONFIG": Care(
+        {
+            **_all(Varied(How.LISTED, values=_UNUSED), "trig1_mode", "trig2_mode"),
+            **_all(_LISTED, "trig1_polarity", "trig2_polarity"),
+        },
+        only_if={"trig1_mode": _UNUSED, "trig2_mode": _UNUSED},
+    ),
+    "MOT_KCUBEPOSTRIGPARAMS": Care(
+        {
+            **_all(_WIDE, "start_pos_fwd", "start_pos_rev"),
+            **_all(Varied(How.NEAR, floor=1), "interval_fwd", "interval_rev"),
+            **_all(Varied(How.NEAR, floor=1), "num_pulses_fwd", "num_pulses_rev", "num_cycles"),
+            "pulse_width": _HIGHER,
+        }
+    ),
+    "MOT_KCUBEKSTLOOPPARAMS": Care(
+        _all(_NEAR, "prop", "integral", "diff", "pid_clip", "pid_tol"),
+        only_if={"loop_mode": (1,)},  # open loop, which does not use them
+    ),
+    "MOT_BOWINDEX": Care(_all(_NEAR, "bow_index")),
+    "MOT_JOYSTICKPARAMS": Care(
+        _all(
+            _LOWER,
+            *("js_gear_low_max_vel", "js_gear_high_max_vel"),
+            *("js_gear_low_accn", "js_gear_high_accn"),
+        )
+    ),
+    "MOT_IOCONFIG": Care(_all(_LISTED, "out_source"), only_if={"mode": (0,)}),  # an input
+    "MOT_MOTTRIGIOCONFIG": Care(
+        {
+            **_all(_WIDE, "start_pos_fwd", "start_pos_rev"),
+            **_all(Varied(How.NEAR, floor=1), "interval_fwd", "interval_rev"),
+            **_all(Varied(How.NEAR, floor=1), "num_pulses_fwd", "num_pulses_rev", "num_cycles"),
+            "pulse_width": _HIGHER,
+        },
+        only_if={"trig_out_mode": (0x00, 0x0A)},  # no pulses
+    ),
+    "MOT_LCDDISPLAYPARAMS": Care(
+        {
+            **_all(_SHARED, "js_sensitivity", "disp_brightness", "disp_dim_level"),
+            "disp_time_out": Varied(How.NEAR, floor=1, common=True),
+        }
+    ),
+    "MOT_LCDMOVEPARAMS": Care(
+        {
+            **_all(_SHARED, "jog_step_size", "accn", "max_vel"),
+            "preset_pos": Varied(How.NEAR, common=True),
+            **_all(Varied(How.NEAR, common=True, advised=True), "preset_pos2", "preset_pos3"),
+        }
+    ),
+    "MOT_MFF_OPERPARAMS": Care(
+        {
+            "transit_time": _HIGHER,
+            "transit_time_adc": _LOWER,  # fewer counts are a longer time (page 182)
+            **_all(_NEAR, "dig_io1_pulse_width", "dig_io2_pulse_width"),
+        }
+    ),
 }
 """The treatment of each parameter set, by its name in the registry."""

@@ -67,7 +67,8 @@ def _apart(name: str, apart: Sequence[PlacedSet]) -> Iterator[Case]:
     one = apart[0].set
     care = CARE.get(one.name, Care())
     loops = care.when is When.DISABLED  # an enabled channel's loop would react
-    if one.name in ELSEWHERE or not care.fields or care.first_channel or loops:
+    own = any(not varied.common for varied in care.fields.values())
+    if one.name in ELSEWHERE or one.chooser or not own or care.first_channel or loops:
         return
     yield Case(
         name=name,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Case, Kind
+from stagewire_conformance.device.checks.apt import later_rules
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_field, rule_of_set
 from stagewire_conformance.device.checks.apt.replies import judge_message
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, How, When
@@ -136,13 +137,14 @@ KIND = Kind(
         "tsg-outputs",
         "tsg-display-modes",
         "tsg-force-range",
+        *later_rules.OF_SETTINGS,
     ),
 )
 
 
 def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for placed in placed_sets(declared):
-        if placed.set.name not in ELSEWHERE:
+        if placed.set.name not in ELSEWHERE and not placed.set.chooser:
             care = CARE.get(placed.set.name, Care())
             yield replace(
                 placed.case(care=care),

@@ -40,6 +40,7 @@ class ParameterSet:
     :param announces: the messages that the controller sends unsolicited after a SET.
     :param has_channel: whether the messages have a channel.
     :param effect: the effect of the SET.
+    :param chooser: the field with which the REQ selects the connector or port to read; empty without one.
     :param skip: why the set cannot be checked, because of the PICS or because its GET does not contain all
         values of its SET; empty if it can.
     """
@@ -53,6 +54,7 @@ class ParameterSet:
     announces: tuple[str, ...]
     has_channel: bool
     effect: str
+    chooser: str
     skip: str
 
     @property
@@ -77,7 +79,7 @@ def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSe
         asked = _arguments(registry, asking)
         unread = ", ".join(field for field in fields if field not in told)
         lacking = f"{telling} does not contain {unread}" if unread else ""
-        chosen = ", ".join(field for field in asked if field != CHANNEL)
+        chosen = next((field for field in asked if field != CHANNEL), "")
         lacking = lacking or (f"{asking} reads only the values of one {chosen}" if chosen else "")
         yield ParameterSet(
             name=name,
@@ -89,6 +91,7 @@ def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSe
             announces=tuple(each for each in entry["exchange"].get("announces", ())),
             has_channel=CHANNEL in fields or CHANNEL in asked,
             effect=entry["effect"],
+            chooser=chosen,
             skip=place.why_none((setting, asking, telling)) or lacking,
         )
 

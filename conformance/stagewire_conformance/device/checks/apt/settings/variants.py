@@ -24,6 +24,10 @@ _OPEN: Final = (PositionControlMode.OPEN_LOOP, PositionControlMode.OPEN_LOOP_SMO
 
 def why_not_now(trial: Trial, placed: PlacedSet, care: Care) -> str:
     """Return why a setting is only written back unchanged; empty if it may be changed."""
+    values = placed.read(trial) if care.only_if else {}
+    for name, allowed in care.only_if.items():
+        if values[name] not in allowed:
+            return f"{name} is {values[name]}, so a change could have an effect"
     channel = 1 if placed.channel is None else placed.channel
     match care.when:
         case When.DISABLED:

@@ -1,0 +1,82 @@
+"""The rules of Issue 37 that findings about fields and parameter sets name, beside those of Issue 3."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+FIELDS: Final[Mapping[str, str]] = {
+    "MOT_GET_KCUBEMMIPARAMS.js_mode": "wheel-modes",
+    "MOT_GET_KCUBEMMIPARAMS.dir_sense": "wheel-directions",
+    "MOT_GET_KCUBEMMIPARAMS.disp_brightness": "panel-brightness-range",
+    "MOT_GET_KCUBEMMIPARAMS.disp_timeout": "panel-timeout-range",
+    "MOT_GET_KCUBEMMIPARAMS.disp_dim_level": "panel-dim-range",
+    "trig1_polarity": "trigger-polarities",
+    "trig2_polarity": "trigger-polarities",
+    "MOT_GET_KCUBEPOSTRIGPARAMS.pulse_width": "trigger-pulse-width-range",
+    "loop_mode": "stepper-loop-modes",
+    "MOT_GET_POWERPARAMS.rest_factor": "phase-power-range",
+    "MOT_GET_POWERPARAMS.move_factor": "phase-power-range",
+    "bow_index": "bow-index-range",
+    "MOT_GET_JOYSTICKPARAMS.dir_sense": "joystick-directions",
+    "trig_in_mode": "bbd-trigger-input-modes",
+    "MOT_GET_MOTTRIGIOCONFIG.pulse_width": "bbd-pulse-width-range",
+    "MOT_GET_IOCONFIG.mode": "connector-modes",
+    "MOT_GET_IOCONFIG.out_source": "connector-sources",
+    "MOT_GET_AUXIOCONFIG.mode": "aux-modes",
+    "sys_var": "monitor-variables",
+    "MOT_GET_POSTRIGENSTATE.state": "position-trigger-states",
+    "MOT_GET_LCDDISPLAYPARAMS.disp_brightness": "front-panel-brightness-range",
+    "MOT_GET_LCDDISPLAYPARAMS.disp_dim_level": "front-panel-brightness-range",
+    "transit_time": "flipper-transit-range",
+    "dig_io1_oper_mode": "flipper-connector-modes",
+    "dig_io2_oper_mode": "flipper-connector-modes",
+    "dig_io1_sig_mode": "flipper-signal-modes",
+    "dig_io2_sig_mode": "flipper-signal-modes",
+    "dig_io1_pulse_width": "flipper-pulse-range",
+    "dig_io2_pulse_width": "flipper-pulse-range",
+}
+"""Field, or message and field -> the rule about its values."""
+
+MESSAGES: Final[Mapping[str, str]] = {
+    "MOT_GET_KCUBEKSTLOOPPARAMS": "stepper-loop-ranges",
+}
+"""Message -> the rule about the values of all its other fields."""
+
+SETS: Final[Mapping[str, str]] = {
+    "MOT_SET_KCUBEMMIPARAMS": "panel-parameters",
+    "MOT_SET_KCUBETRIGIOCONFIG": "trigger-port-configuration",
+    "MOT_SET_KCUBEPOSTRIGPARAMS": "position-trigger-parameters",
+    "MOT_SET_KCUBEKSTLOOPPARAMS": "stepper-loop-parameters",
+    "MOT_SET_POWERPARAMS": "phase-power",
+    "MOT_SET_BOWINDEX": "bow-index",
+    "MOT_SET_JOYSTICKPARAMS": "joystick-parameters",
+    "MOT_SET_TRIGGER": "trigger-mode",
+    "MOD_SET_DIGOUTPUTS": "digital-outputs-bits-set",
+    "MOT_SET_MOTTRIGIOCONFIG": "bbd-trigger-configuration",
+    "MOT_SET_IOCONFIG": "connector-configuration",
+    "MOT_SET_AUXIOCONFIG": "aux-configuration",
+    "MOT_SET_ANALOGMONITORCONFIG": "monitor-configuration",
+    "MOT_SET_POSTRIGENSTATE": "position-trigger-armed",
+    "MOT_SET_LCDDISPLAYPARAMS": "front-panel-display",
+    "MOT_SET_LCDMOVEPARAMS": "front-panel-moves",
+    "MOT_SET_MFF_OPERPARAMS": "flipper-parameters",
+}
+"""SET message -> the rule that it sets its parameters."""
+
+OF_CONNECTORS: Final = (
+    "connector-configuration",
+    "aux-configuration",
+    "connector-modes",
+    "connector-sources",
+    "aux-modes",
+)
+"""The rules about settings of which a request selects one connector."""
+
+OF_VALUES: Final = tuple(dict.fromkeys((*FIELDS.values(), *MESSAGES.values())))
+"""The rules about values, each once."""
+
+OF_SETTINGS: Final = tuple(
+    rule for rule in (*OF_VALUES, *SETS.values()) if rule not in OF_CONNECTORS
+)
+"""The rules about parameter sets that are read back, and about their values."""

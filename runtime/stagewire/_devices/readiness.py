@@ -1,0 +1,148 @@
+"""Whether a controller is in a state in which its motions can succeed.
+
+The registry lists the state that a motion needs: parameters that are not 0, and an enabled channel. It is
+read when a device is opened, and what was read or written later replaces it. A state that prevents motions is
+logged, shown by ``print(device)``, and refused at the next motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from stagewire._codec.flags import Enumeration
+from stagewire._codec.message import Message
+from stagewire._devices.tables import ParameterSet
+from stagewire._devices.unit import Hindrance, Need, Unit
+
+Place: TypeAlias = tuple[int, int | None]
+"""Address and channel."""
+State: TypeAlias = tuple[str, tuple[str, ...]]
+"""A need: the name of its parameter set, and the fields that must be usable."""
+
+
+def needs_of(unit: Unit) -> tuple[Need, ...]:
+    """Return everything that some motion of a unit needs, each once."""
+    return tuple({_state(need): need for needs in unit.needs.values() for need in needs}.values())
+
+
+def faults_in(unit: Unit, need: Need, message: Message) -> tuple[str, ...]:
+    """Return why motions cannot succeed while a controller holds the values of a message.
+
+    :param message: reply with the parameters, or the message that wrote them.
+    """
+    faults = [state.cause for state in _hindrances(unit, need.table, message)]
+    entries = {entry.field: entry for entry in need.table.given}
+    for name in need.fields:
+        value, entry = getattr(message, name), entries.get(name)
+        table = None if entry is None else entry.choices
+        if table is not None and issubclass(table, Enumeration):
+            listed = ", ".join(f"{member.name} ({member.value})" for member in table)
+            if value not in {member.value for member in table}:
+                faults.append(f"{name} is {value}, not one of {listed}")
+        elif value == 0:
+            faults.append(f"{name} is 0")
+    return tuple(faults)
+
+
+def _hindrances(unit: Unit, table: ParameterSet[Any], message: Message) -> Iterator[Hindrance]:
+    """Yield the states that hinder a motion, also in a message that writes them."""
+    field, states = unit.hindrances.get(table.get, ("", ())) if table.get else ("", ())
+    for state in states:
+        if getattr(message, field) & state.mask == state.value:
+            yield state
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """The parameter that enables a channel.
+
+    :param table: parameter set with it.
+    :param field: its field.
+    :param on: value of an enabled channel.
+    :param off: value of a disabled one.
+    """
+
+    table: ParameterSet[Any]
+    field: str
+    on: int
+    off: int
+
+
+def switch_of(unit: Unit) -> Switch | None:
+    """Return the parameter that enables the channels of a unit; None if motions need no such parameter."""
+    for need in needs_of(unit):
+        field, states = (
+            unit.hindrances.get(need.table.get, ("", ())) if need.table.get else ("", ())
+        )
+        off = {state.value for state in states}
+        for entry in need.table.given:
+            table = entry.choices
+            if entry.field == field and table and issubclass(table, Enumeration) and len(off) == 1:
+                [on] = {member.value for member in table} - off
+                return Switch(need.table, field, on, *off)
+    return None
+
+
+class Readiness:
+    """The known state of the channels of one controller.
+
+    :param unit: unit of the controller.
+    """
+
+    def __init__(self, unit: Unit) -> None:
+        self._unit = unit
+        self._faults: dict[tuple[Place, State], tuple[str, ...]] = {}
+        self._needs: dict[type[Message], list[Need]] = {}
+        for need in needs_of(unit):
+            for cls in _messages(need.table):
+                self._needs.setdefault(cls, []).append(need)
+
+    def forget(self) -> None:
+        """Forget everything, before it is read again on another line."""
+        self._faults.clear()
+
+    def needs(self, message: Message) -> bool:
+        """Return whether a message reports or sets something that a motion needs."""
+        return type(message) in self._needs
+
+    def learn(self, place: Place, message: Message) -> None:
+        """Store what a message reports or sets for a channel."""
+        for need in self._needs.get(type(message), ()):
+            self._faults[place, _state(need)] = faults_in(self._unit, need, message)
+
+    def known_to_fail(self, place: Place, need: Need) -> bool:
+        """Return whether the last known state of a channel prevents the motions with this need."""
+        return bool(self._faults.get((place, _state(need))))
+
+    def faults(self, place: Place) -> dict[str, tuple[str, ...]]:
+        """Return the known faults of a channel: name of the parameter set -> faults."""
+        return {
+            name: faults
+            for (where, (name, _)), faults in tuple(self._faults.items())
+            if where == place and faults
+        }
+
+
+def _state(need: Need) -> State:
+    return need.table.name, need.fields
+
+
+def _messages(table: ParameterSet[Any]) -> set[type[Message]]:
+    """Return the messages that report or set the parameters, in all their lengths."""
+    found = [table.get, table.set, *(message for message, _ in table.forms)]
+    for pair in table.others:
+        found += pair
+    return {cls for cls in found if cls is not None}
+
+
+def advice(unit: Unit, name: str) -> str:
+    """Return what a user can do about a fault in a parameter set.
+
+    :param name: name of the set.
+    """
+    switch = switch_of(unit)
+    if switch is not None and switch.table.name == name:
+        return "call enable()"
+    return f"call apply_stage_defaults() to write the values of the stage, or set_{name}(...)"

@@ -1,0 +1,1 @@
+"""The tables of units and stages in README.md and ``docs/hardware/``, written from the registry."""
