@@ -21,6 +21,7 @@ HERE = Path(__file__).parent
 PROGRAMS = (
     "xa_drives_virtual",
     "devices_drive_xa",
+    "suite_on_xa",
     "pnpq_drives_virtual",
     "apt_device_drives_virtual",
     "qmi_drives_virtual",

@@ -84,6 +84,23 @@ def test_homing_does_not_find_an_ignored_switch(home: tuple[int, int], found: bo
     assert ("homed" in host.bits) is found
 
 
+@pytest.mark.parametrize(
+    ("clockwise", "counterclockwise", "found"),
+    [(2, 2, True), (4, 1, True), (1, 4, True), (1, 1, False)],
+)
+def test_a_stage_without_ends_has_one_switch_for_both_settings(
+    clockwise: int, counterclockwise: int, found: bool
+) -> None:
+    """A public driver homes the K10CR1 with 4 and 1: only at home, and ignored."""
+    host = MotorHost("K10CR1")
+    host.say(m.MotSetLimSwitchParams(1, clockwise, counterclockwise, 0, 0, 1))
+    host.say(m.MotSetHomeParams(1, *REVERSE, 73_300_775, 546_133))
+    host.say(m.MotMoveHome(1))
+    host.wait(60)
+    assert host.kinds == (["MOT_MOVE_HOMED"] if found else [])
+    assert ("homed" in host.bits) is found
+
+
 @pytest.mark.parametrize("name", ["BBD101", "BBD102", "BBD203"])
 @pytest.mark.parametrize("home", [(0, 0), FORWARD, REVERSE, (77, 99)])
 def test_a_brushless_stage_uses_only_the_home_velocity(name: str, home: tuple[int, int]) -> None:

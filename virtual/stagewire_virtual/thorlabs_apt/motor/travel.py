@@ -124,13 +124,17 @@ def _to_switch(channel: Channel, axis: SimulatedAxis, pace: Pace) -> Homing:
 
     Direction 1 is forward, every other value is reverse. Without a switch in that direction, or with an
     ignored one (page 39), the stage runs into the end of its travel, as real stages do whose home parameters
-    are zeros. A stage without ends has its switch once a turn; without a switch it runs until it is stopped.
+    are zeros. A stage without ends has one switch, once a turn, which either setting may describe: a public
+    driver homes the K10CR1 with the reverse one ignored (github
+    MSLNZ/msl-equipment/packages/resources/src/msl/equipment_resources/thorlabs/k10cr.py). If both are
+    ignored, it runs until it is stopped.
     """
     parameter = channel.parameter
     forward = parameter("MOT_HOMEPARAMS", "home_direction") == MoveDirection.FORWARD
     direction = 1 if forward else -1
     switch = _SWITCHES.get(parameter("MOT_HOMEPARAMS", "limit_switch"))
-    found = switch == direction and heeds(channel, direction)
+    directions = (direction, -direction) if axis.endless else (direction,)
+    found = switch == direction and any(heeds(channel, each) for each in directions)
     run: Move = RunOn(direction, pace)
     end = axis.travel if forward else 0
     if axis.endless:

@@ -1,0 +1,178 @@
+"""Run ``stagewire conformance device`` on the simulated controllers of the vendor's XA SDK.
+
+For each controller the program drafts a PICS from its answers and runs the suite. ``known`` lists the checks
+that do not pass, with the reason. A check that fails and is not listed fails the program, and so does a
+listed one that passes. A simulation is not hardware: the list says nothing about real controllers.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any
+
+from results import Results
+from xa_simulator import BBD303, KDC101, KSC101, KST201, LTS300C, NotStartedError, simulated
+
+LONGEST = 800
+"""The seconds after which a run of the suite is ended."""
+COMMAND = [str(Path(sys.executable).with_name("stagewire")), "conformance"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A simulated controller for the suite.
+
+    :param unit: the unit of the registry.
+    :param description: the description of the simulation.
+    :param stage: the lines of the PICS that declare the stage of channel 1.
+    :param permissions: the options that permit more than reading.
+    :param known: pattern of check ids -> why they do not pass.
+    """
+
+    unit: str
+    description: Mapping[str, Any]
+    stage: str = ""
+    permissions: tuple[str, ...] = ("--allow-settings",)
+    known: Mapping[str, str] = field(default_factory=dict)
+
+
+BYTES = {
+    "wrong-length/*": "it takes a packet of another length, and does not mask 0x80 in the address",
+    "truncated/*": "a part of a frame costs the next requests; a real link carries bytes, the bridge packets",
+}
+VERSION = {
+    "identification/*": "the fourth byte of its software version is not 0 (Issue 37, page 52)"
+}
+UPDATES = {
+    "keep-alive": "it continues after 65 updates without a keep-alive message (Issue 37, page 130)"
+}
+LIMITS = {
+    "answers/*/MOT_REQ_LIMSWITCHPARAMS/1": "software limit mode 0 (Issue 37, page 79)",
+    "readback/*/MOT_SET_LIMSWITCHPARAMS/1": "it keeps its own limit switches",
+}
+TWICE = {"answers/*/MOT_REQ_DCSTATUSUPDATE/1": "it answers with two equal messages"}
+MOTION = {
+    "move-*": "the end message of a move still has a moving bit; continuous jogs end after a step",
+    "profile/*": "moves and jogs do not follow the velocity parameters",
+    "backlash/*": "it stores no negative backlash distance, or does not move by it",
+    "disabled/*": "a disabled channel moves on to its target",
+    "home-again/*": "moves and homing do not follow the velocity parameters",
+}
+
+CASES = (
+    Case(
+        "KDC101",
+        KDC101,
+        'stage = "MTS25_Z8"\ntravel = "0..25mm"',
+        ("--allow-settings", "--allow-motion=0..5mm"),
+        known={
+            **BYTES,
+            **VERSION,
+            **UPDATES,
+            **TWICE,
+            **MOTION,
+            "suspend/*": "end messages of moves come although they are suspended, or moving bits stay",
+            "soft-limits/*": "a move passes a software limit (Issue 37, page 79)",
+        },
+    ),
+    Case(
+        "KST201",
+        KST201,
+        known={
+            **BYTES,
+            **VERSION,
+            "counters/*/MOT_SET_ENCCOUNTER/1": "it converts the encoder count with a scale of its own",
+        },
+    ),
+    Case(
+        "LTS300",
+        LTS300C,
+        permissions=("--allow-settings", "--allow-motion=0..2000000counts"),
+        known={**BYTES, **VERSION, **LIMITS, **MOTION},
+    ),
+    Case("KSC101", KSC101, known=BYTES),
+    Case(
+        "BBD303",
+        BBD303,
+        known={
+            **BYTES,
+            **UPDATES,
+            **LIMITS,
+            **TWICE,
+            "identification/*": "the model number is empty (Issue 37, page 52)",
+            "readback/*/MOT_SET_GENMOVEPARAMS/1": "it keeps a backlash distance of 0",
+            "readback/*/MOT_SET_HOMEPARAMS/1": "it keeps an offset distance of 0",
+            "readback/*/MOT_SET_PMDPROFILEMODEPARAMS/1": "it keeps the trapezoidal profile",
+        },
+    ),
+)
+
+
+def failures(case: Case, folder: Path) -> dict[str, str]:
+    """Run the suite on the simulation of a case; return the checks that did not pass, with their findings.
+
+    :raises NotStartedError: the simulation did not start, or the suite did not run.
+    """
+    pics, report = folder / f"{case.unit}.toml", folder / f"{case.unit}.json"
+    with simulated(case.description) as url:
+        run("pics", "--from", url, "--unit", case.unit, "--out", str(pics))
+        text = pics.read_text(encoding="utf-8")
+        pics.write_text(
+            re.sub(r"^number = 1$", f"number = 1\n{case.stage}", text, count=1, flags=re.MULTILINE),
+            encoding="utf-8",
+        )
+        run("device", url, "--pics", str(pics), *case.permissions, "--json", str(report))
+    if not report.exists():
+        raise NotStartedError("the suite wrote no report")
+    found = json.loads(report.read_text(encoding="utf-8"))
+    return {
+        check["id"]: "; ".join(finding["text"] for finding in check["findings"])
+        for group in found["groups"]
+        for check in group["cases"]
+        if check["result"] in ("FAIL", "NON-STRICT", "FRAGILE")
+    }
+
+
+def run(*arguments: str) -> None:
+    """Run a command of the suite; its exit status says no more than its report."""
+    subprocess.run([*COMMAND, *arguments], stdout=subprocess.DEVNULL, timeout=LONGEST, check=False)
+
+
+def judge(results: Results, case: Case, failed: Mapping[str, str]) -> None:
+    """Compare the checks that did not pass with the known ones."""
+    for pattern, reason in case.known.items():
+        found = [check for check in failed if fnmatch(check, pattern)]
+        results.known(case.unit, pattern, not found, reason)
+    for check, finding in failed.items():
+        if not any(fnmatch(check, pattern) for pattern in case.known):
+            results.check(case.unit, check, False, finding)
+    results.check(case.unit, "finishes the suite", True)
+
+
+def main() -> None:
+    """Run all cases at the same time, or those of the units named on the command line."""
+    results = Results("thorlabs_xa")
+    if results.installed:
+        named = [argument for argument in sys.argv[1:] if argument.isalnum()]
+        cases = [case for case in CASES if not named or case.unit in named]
+        with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(len(CASES)) as pool:
+            runs = [pool.submit(failures, case, Path(folder)) for case in cases]
+            for case, each in zip(cases, runs, strict=True):
+                try:
+                    judge(results, case, each.result())
+                except (NotStartedError, subprocess.TimeoutExpired) as error:
+                    results.check(case.unit, "finishes the suite", False, str(error))
+    results.finish()
+
+
+if __name__ == "__main__":
+    main()
