@@ -1,11 +1,14 @@
 /*
- * The controller of firmware.c on a pseudo-terminal, which a host uses like a serial port.
+ * A controller on a pseudo-terminal, which a host uses like a serial port.
  *
- *     controller LINK        LINK becomes the name of the port; stop it with an interrupt
+ *     kdc101 LINK [EEPROM]
  *
- * It is an error if the name already exists: another controller may be using it.
+ * LINK becomes the name of the port. It is an error if it already exists: another controller may be using
+ * it. EEPROM is the file that keeps saved settings; without it, they are lost at the end. Stop the
+ * controller with an interrupt.
  */
 #include "firmware.h"
+#include "unit.h"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -16,6 +19,7 @@
 #include <unistd.h>
 
 static int port = -1;
+static const char *eeprom; /* the name of the file; NULL: none */
 static volatile sig_atomic_t ended = 0;
 
 static void end(int signal_number)
@@ -45,8 +49,46 @@ void firmware_write(const uint8_t *bytes, size_t size)
 uint32_t firmware_cycles(void)
 {
     struct timespec now;
+    uint64_t microseconds;
+
     (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint32_t)(((uint64_t)now.tv_sec * 1000000000U + (uint64_t)now.tv_nsec) / 102400U);
+    microseconds = (uint64_t)now.tv_sec * 1000000U + (uint64_t)now.tv_nsec / 1000U;
+    return (uint32_t)(microseconds * UNIT.cycles / 1024000U);
+}
+
+bool firmware_load(size_t at, uint8_t *bytes, size_t size)
+{
+    const int file = eeprom == NULL ? -1 : open(eeprom, O_RDONLY);
+    bool done;
+
+    if (file < 0) {
+        return false;
+    }
+    done = pread(file, bytes, size, (off_t)at) == (ssize_t)size;
+    (void)close(file);
+    return done;
+}
+
+void firmware_save(size_t at, const uint8_t *bytes, size_t size)
+{
+    const int file = eeprom == NULL ? -1 : open(eeprom, O_WRONLY | O_CREAT, 0666);
+
+    if (eeprom != NULL && (file < 0 || pwrite(file, bytes, size, (off_t)at) != (ssize_t)size)) {
+        perror(eeprom);
+    }
+    if (file >= 0) {
+        (void)close(file);
+    }
+}
+
+void firmware_outputs(uint8_t bits)
+{
+    (void)bits; /* a computer has none */
+}
+
+void firmware_lamp(bool lit)
+{
+    (void)lit;
 }
 
 /* Open a pseudo-terminal in raw mode. Its other end stays open, like a connected cable. */
@@ -75,10 +117,11 @@ int main(int argc, char **argv)
     const struct sigaction action = {.sa_handler = end};
     static struct firmware controller;
 
-    if (argc != 2) {
-        (void)fprintf(stderr, "usage: %s LINK\n", argv[0]);
+    if (argc != 2 && argc != 3) {
+        (void)fprintf(stderr, "usage: %s LINK [EEPROM]\n", argv[0]);
         return 2;
     }
+    eeprom = argv[2];
     if (sigaction(SIGINT, &action, NULL) != 0 || sigaction(SIGTERM, &action, NULL) != 0) {
         perror("signals");
         return 1;

@@ -177,7 +177,7 @@ def test_a_picture_and_a_capture_can_be_written(
 def test_every_bay_is_a_part(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
     with virtual.BBD102() as rack:
         attached(monkeypatch, rack)
-        result = stagewire("monitor", URL, "--for", "0.35")
+        result = stagewire("monitor", URL, "--unit", "BBD102", "--for", "0.35")
     assert result.out.count("  bay 1  ") == result.out.count("  bay 2  ") == 3
 
 

@@ -172,6 +172,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/reference/registry.md", "contexts:"): schema("protocol"),
     ("docs/reference/registry.md", "messages:"): schema("messages"),
     ("docs/reference/registry.md", "units:"): schema("units"),
+    ("docs/reference/registry.md", "families:"): schema("units"),
     ("docs/reference/registry.md", "setup_commands:"): schema("messages"),
     ("docs/reference/registry.md", "framing:"): schema("protocol"),
     ("docs/reference/registry.md", "controllers:"): schema("stages"),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import re
 import select
 import shutil
 import signal
@@ -19,9 +21,9 @@ from markdown_blocks import blocks
 from stagewire import End
 from stagewire.framing import Received
 from stagewire.protocols import CommandFrame, FramedMessage, Message
+from stagewire_apt import KDC101, stages
 from stagewire_apt import PROTOCOL as APT
 from stagewire_apt import messages as m
-from stagewire_apt import stages
 from stagewire_ms2000 import PROTOCOL as MS2000
 from stagewire_ms2000 import enumerations
 from stagewire_ms2000 import messages as c
@@ -74,7 +76,7 @@ def test_the_commands_of_the_readme(folder: Path, tmp_path: Path) -> None:
             raise
     assert shell.returncode == 0, err
     assert out.endswith(block("text"))
-    assert [line.split()[0] for line in out.removesuffix(block("text")).splitlines()] == ["cc"] * 3
+    assert [line.split()[0] for line in out.removesuffix(block("text")).splitlines()] == ["cc"] * 4
 
 
 class Port:
@@ -105,23 +107,33 @@ class Port:
         return self.came.pop(0)
 
 
-# The controller
+# The small controller
+
+
+@contextlib.contextmanager
+def running(*command: Path) -> Iterator[None]:
+    """Run a controller until the end of the block; its first argument is its port."""
+    link = command[1]
+    process = subprocess.Popen(command)
+    deadline = time.monotonic() + PATIENCE
+    while not link.exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    try:
+        yield
+    finally:
+        process.terminate()
+        assert process.wait(PATIENCE) == 0
+    assert not link.is_symlink()
 
 
 @pytest.fixture
 def controller(built: Path, tmp_path: Path) -> Iterator[Port]:
-    """The host's end of the line to the controller of the example."""
+    """The host's end of the line to the BBD101 of the example."""
     link = tmp_path / "port"
-    process = subprocess.Popen([built / "controller", link])
-    deadline = time.monotonic() + PATIENCE
-    while not link.exists() and process.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.01)
-    fd = os.open(link, os.O_RDWR | os.O_NOCTTY)
-    yield Port(fd, End.HOST)
-    os.close(fd)
-    process.terminate()
-    assert process.wait(PATIENCE) == 0
-    assert not link.is_symlink()
+    with running(built / "bbd101", link):
+        fd = os.open(link, os.O_RDWR | os.O_NOCTTY)
+        yield Port(fd, End.HOST)
+        os.close(fd)
 
 
 def to_device(message: FramedMessage, dest: int = DEVICE) -> bytes:
@@ -129,7 +141,7 @@ def to_device(message: FramedMessage, dest: int = DEVICE) -> bytes:
     return message.pack(dest=dest, source=HOST)
 
 
-PROFILE = m.MotSetVelParams(chan_ident=1, min_velocity=0, acceleration=5, max_velocity=400 << 16)
+PROFILE = m.MotSetVelParams(chan_ident=1, min_velocity=0, acceleration=5000, max_velocity=400 << 16)
 ASK_PROFILE = m.MotReqVelParams(chan_ident=1)
 
 
@@ -169,18 +181,56 @@ def test_the_controller_finds_frames_in_a_damaged_stream(controller: Port) -> No
     assert controller.next(0.05) is None
 
 
+# The complete controller
+
+
+def test_the_device_class_drives_the_complete_controller(built: Path, tmp_path: Path) -> None:
+    link, eeprom = tmp_path / "port", tmp_path / "eeprom"
+    faster = {"max_velocity_mm_per_s": 200, "max_acceleration_mm_per_s2": 2000}
+    with (
+        running(built / "kdc101", link, eeprom),
+        KDC101.open(str(link), stage="MTS25-Z8", travel_mm=25, **faster) as kdc,
+    ):
+        assert (kdc.serial_number, kdc.info.model_number) == (27000001, "KDC101")
+        fast = kdc.scales.of("velocity", "mm/s").to_counts(200)
+        kdc.change_vel_params(acceleration=500_000, max_velocity=fast)
+        kdc.change_home_params(home_velocity=fast)
+        kdc.home()
+        assert kdc.get_status_bits().status_bits.homed
+        kdc.move_absolute(mm=20)
+        assert kdc.get_pos_counter().position == stages.MTS25_Z8.scale(
+            "position", "KDC101"
+        ).to_counts(20)
+        kdc.change_jog_params(jog_acceleration=500_000, jog_max_velocity=fast)
+        kdc.set_eeprom_params(msg_id=m.MotSetJogParams.layout.id)
+        kdc.get_info()  # and with its answer, the save is done
+    with running(built / "kdc101", link, eeprom), KDC101.open(str(link)) as kdc:
+        assert kdc.get_jog_params().jog_max_velocity == fast  # saved
+        assert kdc.get_vel_params().max_velocity != fast
+
+
+# Both
+
+
 @pytest.mark.matrix
-def test_the_controller_needs_only_its_three_functions(built: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("unit", ["bbd101", "kdc101"])
+def test_the_controllers_need_only_the_functions_of_a_platform(
+    unit: str, built: Path, tmp_path: Path
+) -> None:
     need("arm-none-eabi-gcc")
     made = tmp_path / "firmware.o"
-    source = C / "stagewire_apt" / "stagewire_apt.c"
+    sources = [built / f"{name}.c" for name in (unit, "firmware", "settings", "motion", "motor")]
     compiles(
         "arm-none-eabi-gcc", "-std=c99", *CORTEX_M0, *C_WARNINGS, f"-I{C}", "-nostdlib", "-r",
-        built / "firmware.c", built / "motor.c", source, "-o", made,
+        *sources, C / "stagewire_apt" / "stagewire_apt.c", "-o", made,
     )  # fmt: skip
     undefined = {name for name, kind, _ in symbols("arm-none-eabi-nm", made) if kind == "U"}
     arithmetic = {name for name in undefined if name.startswith("__aeabi_")}  # of the compiler
-    assert undefined - arithmetic == {"firmware_read", "firmware_write", "firmware_cycles"}
+    declared = re.findall(r"(firmware_\w+)\(", (built / "firmware.h").read_text(encoding="utf-8"))
+    assert undefined - arithmetic == set(declared) - {"firmware_init", "firmware_poll"}
+    assert arithmetic.isdisjoint(
+        name for name in arithmetic if re.search("[fd]2|[fd](add|mul|div)", name)
+    )
 
 
 @pytest.mark.matrix

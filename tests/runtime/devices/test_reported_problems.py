@@ -361,7 +361,7 @@ class TestReportedModelDiffersFromTheLabel:
 
 
 class TestWrongClassForAPiezoOrALaser:
-    def test_a_piezo_is_no_motor(self) -> None:
+    def test_a_motor_class_refuses_a_piezo(self) -> None:
         line = RecordingLink(virtual.TPZ001(serial_number=81000001))
         with pytest.raises(WrongUnitError, match="open it as TPZ001"):
             TDC001.open(line)
