@@ -263,7 +263,7 @@ void firmware_poll(struct firmware *it)
 
     for (; it->now != now; it->now++) {
         const enum motion_end end = motion_turn(&it->motion);
-        if (end != MOTION_GOES_ON) {
+        if (end != MOTION_CONTINUES) {
             report_end(it, end);
         }
         if (it->identifies_for > 0U) {

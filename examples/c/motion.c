@@ -1,5 +1,5 @@
 /*
- * Clockwise is forward, and positions rise forward. What a unit can do depends on its settings: without
+ * Clockwise is forward, and positions rise forward. The settings of a unit decide which commands it has: without
  * MOT_JOGPARAMS it does not jog, without MOT_HOMEPARAMS it does not home, and so on.
  */
 #include "motion.h"
@@ -258,7 +258,7 @@ enum motion_end motion_turn(struct motion *it)
     const enum doing did = it->doing;
 
     if (!motor_turn(&it->motor)) {
-        return MOTION_GOES_ON;
+        return MOTION_CONTINUES;
     }
     it->doing = DOING_NOTHING;
     if (did == DOING_HOME) {

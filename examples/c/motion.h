@@ -23,7 +23,7 @@ struct motion {
 };
 
 /** How a motion has ended. */
-enum motion_end { MOTION_GOES_ON,
+enum motion_end { MOTION_CONTINUES,
     MOTION_COMPLETED,
     MOTION_STOPPED,
     MOTION_HOMED };

@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/** A place beyond any travel, in counts: a move towards it goes on until something ends it. */
+/** A place beyond any travel, in counts: a move towards it continues until something ends it. */
 #define MOTOR_FAR (INT64_C(1) << 40)
 
 /** A move. Places are counts above the lower end of the travel. */

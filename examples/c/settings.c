@@ -10,7 +10,7 @@ struct found {
     size_t at;
 };
 
-/* Which of its messages names a setting. */
+/* The role of a message in a setting. */
 enum role { SET,
     REQ,
     GET };

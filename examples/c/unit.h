@@ -1,6 +1,6 @@
 /*
- * What makes the firmware a BBD101 or a KDC101: bbd101.c and kdc101.c each define one unit, and a program
- * is linked with one of them.
+ * The facts in which units differ. bbd101.c and kdc101.c each define one unit, and a program is linked with
+ * one of them.
  */
 #ifndef UNIT_H
 #define UNIT_H
