@@ -1,4 +1,4 @@
-"""The rules of Issue 37 that findings about fields and parameter sets name, beside those of Issue 3."""
+"""The rules of Issue 37 that findings about fields and parameter sets name, besides those of Issue 3."""
 
 from __future__ import annotations
 
