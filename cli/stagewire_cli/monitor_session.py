@@ -109,7 +109,8 @@ def _statuses(device: Any, parts: dict[str, Any], board: Board) -> Iterator[Iter
     if not sources and hasattr(device, "start_updates"):  # it sends for all its channels
         sources = [device]
     classes = _unsolicited_classes(device)
-    if not sources or not classes:
+    sends_none = hasattr(device, "move_to")  # a unit with a few positions has no status update
+    if not sources or not classes or sends_none:
         yield _polled(device, parts)
         return
     with ExitStack() as stack:

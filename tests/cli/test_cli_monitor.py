@@ -151,7 +151,10 @@ def test_statuses_are_printed_as_lines_in_units(stagewire: Stagewire, moving: Wr
 def test_monitoring_only_switches_updates_on_and_off(stagewire: Stagewire, moving: Written) -> None:
     stagewire("monitor", URL, "--unit", "TDC001", "--for", "0.5")
     sent = [name for name in moving.sent() if name != "MOT_ACK_DCSTATUSUPDATE"]
-    assert sent == ["HW_REQ_INFO", "HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS"]
+    assert [name for name in sent if "_REQ_" not in name] == [
+        "HW_START_UPDATEMSGS",
+        "HW_STOP_UPDATEMSGS",
+    ]
 
 
 def test_without_a_stage_values_are_in_counts(stagewire: Stagewire, moving: Written) -> None:
@@ -253,3 +256,9 @@ def test_a_lost_line_ends_monitoring_with_an_error(
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "x"])
 def test_an_invalid_time_is_refused(stagewire: Stagewire, seconds: str) -> None:
     assert stagewire("monitor", "virtual://TDC001", "--for", seconds).code == 2
+
+
+def test_a_flipper_is_polled_for_its_position_bits(stagewire: Stagewire) -> None:
+    result = stagewire("monitor", "virtual://MFF101", "--for", "1")
+    assert result.code == 0
+    assert "[forward_hardware_limit]" in result.out.splitlines()[-1]
