@@ -236,7 +236,7 @@ def _call(device: Any, part: Any, name: str) -> Callable[..., Any]:
 
 
 def confirm(title: str, saying: str, yes: bool) -> None:
-    """Announce a motion and ask; end with exit status 1 if the answer is no."""
+    """Announce a motion and ask; end with exit status 1 without a yes."""
     typer.echo(f"{title}: {saying}")
     if not yes and not _confirmed():
         typer.echo("nothing was moved")

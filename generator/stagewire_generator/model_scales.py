@@ -119,3 +119,8 @@ class Stage:
     rotary: bool = False
     axis: str = ""  # of a device with several axes, each a stage of its own
     ids: Mapping[str, StageId] = field(default_factory=dict)  # MESSAGE.field -> its number there
+    defaults: Mapping[str, Mapping[str, str]] = field(
+        default_factory=dict
+    )  # MESSAGE -> field -> value
+    defaults_source: str = ""
+    defaults_note: str = ""

@@ -241,6 +241,9 @@ class Stage:
     :param catalogue: names in the catalogue of the vendor, such as ``MTS25/M-Z8``.
     :param rotary: whether it rotates; its scales and limits are then in degrees.
     :param ids: message and field, such as ``HW_GET_INFO.stage_id`` -> number of the stage there.
+    :param defaults: message that sets parameters -> field -> the value with which the vendor's program
+        drives the stage, as a number in mm or degrees, or the name of a value; missing values are unknown.
+    :param defaults_source: source of these values.
     """
 
     name: str
@@ -253,6 +256,8 @@ class Stage:
     catalogue: tuple[str, ...] = ()
     rotary: bool = False
     ids: Mapping[str, int] = field(default_factory=dict)
+    defaults: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    defaults_source: str = ""
 
     @classmethod
     def of_user(

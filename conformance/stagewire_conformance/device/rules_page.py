@@ -33,8 +33,9 @@ can verify it, the column gives the reason, called a *waiver*. Every `must` has 
 never both.
 
 The rules are in `spec/<protocol>/rules.yaml`, and those that a later issue adds in the `rules.yaml` of its
-overlay, in our own words and with references to the sentences of the document. `stagewire conformance rules` prints the same tables, and all details with `--json`. To run the
-checks of one kind, use `stagewire conformance device URL --unit UNIT --only KIND`.
+overlay, in our own words and with references to the sentences of the document. `stagewire conformance rules`
+prints the same tables, and all details with `--json`. To run the checks of one kind, use `stagewire
+conformance device URL --unit UNIT --only KIND`.
 """
 
 

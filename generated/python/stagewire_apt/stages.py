@@ -2109,6 +2109,23 @@ CR1_Z7 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z7",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "2",
+            "offset_distance": "0.2",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "4", "max_velocity": "4"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "1",
+            "jog_acceleration": "3",
+            "jog_max_velocity": "3",
+            "jog_stop_mode": "PROFILED",
+        },
+    },
+    defaults_source="MG17APTServer.ini, CR1-Z7",
     catalogue=("CR1-Z7",),
     rotary=True,
     ids={"HW_GET_INFO.stage_id": 0x0C},
@@ -2282,6 +2299,23 @@ DDR100 = Stage(
             source="BBD_Stages.xml of the vendor, DDR100: 65969691 and 45035 counts",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "10",
+            "offset_distance": "4",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "180", "max_velocity": "360"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "5",
+            "jog_acceleration": "180",
+            "jog_max_velocity": "180",
+            "jog_stop_mode": "PROFILED",
+        },
+    },
+    defaults_source="MG17APTServer.ini, DDR100",
     catalogue=("DDR100", "DDR100/M"),
     rotary=True,
     ids={"MOT_GET_PMDSTAGEAXISPARAMS.stage_id": 0x75},
@@ -2755,6 +2789,24 @@ DDSM100 = Stage(
             source="BBD_Stages.xml of the vendor, DDSM100: 9358541 and 10909 counts",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "FORWARD",
+            "home_velocity": "1",
+            "offset_distance": "1",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "500", "max_velocity": "100"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.5",
+            "jog_acceleration": "50",
+            "jog_max_velocity": "50",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "BREAKS", "ccw_hard_limit": "BREAKS"},
+    },
+    defaults_source="MG17APTServer.ini, DDSM100",
     catalogue=("DDSM100", "DDSM100/M"),
 )
 
@@ -3017,6 +3069,24 @@ DRV013 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS DRV013 25mm",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "1",
+            "offset_distance": "0.5",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "20", "max_velocity": "20"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.1",
+            "jog_acceleration": "0.5",
+            "jog_max_velocity": "1",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "BREAKS", "ccw_hard_limit": "BREAKS"},
+    },
+    defaults_source="MG17APTServer.ini, HS 17DRV013 25mm",
     catalogue=("DRV013", "17DRV013"),
     ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x50},
 )
@@ -3047,6 +3117,24 @@ DRV014 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS DRV014 50mm",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "1",
+            "offset_distance": "0.1",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "20", "max_velocity": "20"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.5",
+            "jog_acceleration": "0.5",
+            "jog_max_velocity": "1",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "BREAKS", "ccw_hard_limit": "BREAKS"},
+    },
+    defaults_source="MG17APTServer.ini, HS 17DRV014 50mm",
     catalogue=("DRV014", "17DRV014"),
     ids={"MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x51},
 )
@@ -3751,6 +3839,23 @@ K10CR1 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, K10CR1 Rotation Stage",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "10",
+            "offset_distance": "4",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "10", "max_velocity": "10"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "5",
+            "jog_acceleration": "15",
+            "jog_max_velocity": "15",
+            "jog_stop_mode": "PROFILED",
+        },
+    },
+    defaults_source="MG17APTServer.ini, K100CR1 Rotation Stage",
     catalogue=("K10CR1", "K10CR1/M"),
     rotary=True,
 )
@@ -4123,6 +4228,24 @@ LTS150 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS LTS150 150mm Stage",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "2",
+            "offset_distance": "0.5",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "20", "max_velocity": "20"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "5",
+            "jog_acceleration": "10",
+            "jog_max_velocity": "10",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, HS LTS150 150mm Stage",
     catalogue=("LTS150", "LTS150/M"),
 )
 
@@ -4204,6 +4327,24 @@ LTS300 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS LTS300 300mm Stage",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "2",
+            "offset_distance": "0.5",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "20", "max_velocity": "20"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "5",
+            "jog_acceleration": "10",
+            "jog_max_velocity": "10",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, HS LTS300 300mm Stage",
     catalogue=("LTS300", "LTS300/M"),
 )
 
@@ -4824,6 +4965,24 @@ MLJ050 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MLJ050 Labjack",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "1",
+            "offset_distance": "0.2",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "8", "max_velocity": "3"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.5",
+            "jog_acceleration": "1",
+            "jog_max_velocity": "1",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "BREAKS", "ccw_hard_limit": "BREAKS"},
+    },
+    defaults_source="MG17APTServer.ini, MLJ050 Labjack",
     catalogue=("MLJ050", "MLJ050/M"),
 )
 
@@ -5027,6 +5186,24 @@ MT1_Z8 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MT1-Z8",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "1",
+            "offset_distance": "0.4",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "1.5"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.1",
+            "jog_acceleration": "2",
+            "jog_max_velocity": "2",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, MT1-Z8",
     catalogue=("MT1-Z8",),
 )
 
@@ -5122,6 +5299,23 @@ MTS25_Z8 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MTS25-Z8",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "1",
+            "offset_distance": "1",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "1.5"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.5",
+            "jog_acceleration": "1.5",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, MTS25-Z8",
     catalogue=("MTS25-Z8", "MTS25/M-Z8"),
     ids={"HW_GET_INFO.stage_id": 0x07},
 )
@@ -5188,6 +5382,23 @@ MTS50_Z8 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, MTS50-Z8",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "1",
+            "offset_distance": "1",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "1.5"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.5",
+            "jog_acceleration": "1.5",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, MTS50-Z8",
     catalogue=("MTS50-Z8", "MTS50/M-Z8"),
     ids={"HW_GET_INFO.stage_id": 0x08},
 )
@@ -5340,6 +5551,23 @@ NR360 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS NR360S",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "6",
+            "offset_distance": "0.6",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "25", "max_velocity": "50"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.5",
+            "jog_acceleration": "5",
+            "jog_max_velocity": "10",
+            "jog_stop_mode": "PROFILED",
+        },
+    },
+    defaults_source="MG17APTServer.ini, HS NanoRotator",
     catalogue=("NR360", "NanoRotator"),
     rotary=True,
 )
@@ -5406,6 +5634,24 @@ NRT100 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS NRT100 Enc Stage 100mm",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "1",
+            "offset_distance": "0.1",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "30", "max_velocity": "30"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.5",
+            "jog_acceleration": "0.5",
+            "jog_max_velocity": "1",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, HS NRT100 Enc Stage 100mm",
     catalogue=("NRT100", "NRT100/M"),
 )
 
@@ -5439,6 +5685,24 @@ NRT150 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS NRT150 Enc Stage 150mm",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "1",
+            "offset_distance": "0.1",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "30", "max_velocity": "30"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.5",
+            "jog_acceleration": "0.5",
+            "jog_max_velocity": "1",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, HS NRT150 Enc Stage 150mm",
     catalogue=("NRT150", "NRT150/M"),
 )
 
@@ -6468,6 +6732,23 @@ PRM1_Z8 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PRM1-Z8",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "10",
+            "offset_distance": "4",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "10", "max_velocity": "10"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "5",
+            "jog_acceleration": "15",
+            "jog_max_velocity": "15",
+            "jog_stop_mode": "PROFILED",
+        },
+    },
+    defaults_source="MG17APTServer.ini, PRM1-Z8",
     catalogue=("PRM1-Z8", "PRM1/M-Z8", "PRM1Z8", "PRM1/MZ8"),
     rotary=True,
     ids={"HW_GET_INFO.stage_id": 0x06},
@@ -6792,6 +7073,24 @@ Z606 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z606(B)",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "0.25",
+            "offset_distance": "1",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "0.4", "max_velocity": "0.3"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.1",
+            "jog_acceleration": "0.4",
+            "jog_max_velocity": "0.3",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, Z606(B)",
     catalogue=("Z606", "Z606(B)"),
     ids={"HW_GET_INFO.stage_id": 0x02},
 )
@@ -6826,6 +7125,24 @@ Z612 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z612(B)",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "0.25",
+            "offset_distance": "1",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "0.4", "max_velocity": "0.3"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.1",
+            "jog_acceleration": "0.4",
+            "jog_max_velocity": "0.3",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, Z612(B)",
     catalogue=("Z612", "Z612(B)"),
     ids={"HW_GET_INFO.stage_id": 0x03},
 )
@@ -6860,6 +7177,24 @@ Z625 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "0.25",
+            "offset_distance": "1",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "0.4", "max_velocity": "0.3"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.1",
+            "jog_acceleration": "0.4",
+            "jog_max_velocity": "0.3",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, Z625(B)",
     catalogue=("Z625", "Z625(B)"),
     ids={"HW_GET_INFO.stage_id": 0x04},
 )
@@ -7030,6 +7365,24 @@ Z806V = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z806V",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "1",
+            "offset_distance": "0.3",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "1.5", "max_velocity": "2.5"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.1",
+            "jog_acceleration": "2",
+            "jog_max_velocity": "2",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, Z806V",
 )
 
 # Issue 3, page 56; evidence: vendor program
@@ -7165,6 +7518,24 @@ Z812V = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z812V",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "1",
+            "offset_distance": "0.3",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "1.5", "max_velocity": "2.5"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.1",
+            "jog_acceleration": "2",
+            "jog_max_velocity": "2",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, Z812V",
 )
 
 # Issue 3, page 56; evidence: vendor program
@@ -7300,6 +7671,24 @@ Z825V = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z825V",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "1",
+            "offset_distance": "0.3",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "1.5", "max_velocity": "2.2"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.1",
+            "jog_acceleration": "2",
+            "jog_max_velocity": "2",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, Z825V",
 )
 
 # Issue 37, page 39; evidence: vendor program
@@ -8025,6 +8414,24 @@ ZST206 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS ZST206(B)",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "0.5",
+            "offset_distance": "0.1",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "0.5", "max_velocity": "1"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.1",
+            "jog_acceleration": "0.1",
+            "jog_max_velocity": "0.25",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, HS ZST206(B)",
     catalogue=("ZST206", "ZST206(B)"),
     ids={"HW_GET_INFO.mod_state": 0x30, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x30},
 )
@@ -8055,6 +8462,24 @@ ZST213 = Stage(
             source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, HS ZST213(B)",
         ),
     },
+    defaults={
+        "MOT_SET_HOMEPARAMS": {
+            "home_direction": "REVERSE",
+            "limit_switch": "REVERSE",
+            "home_velocity": "0.5",
+            "offset_distance": "0.1",
+        },
+        "MOT_SET_VELPARAMS": {"acceleration": "0.5", "max_velocity": "1"},
+        "MOT_SET_JOGPARAMS": {
+            "jog_mode": "SINGLE_STEP",
+            "jog_step_size": "0.1",
+            "jog_acceleration": "0.1",
+            "jog_max_velocity": "0.25",
+            "jog_stop_mode": "PROFILED",
+        },
+        "MOT_SET_LIMSWITCHPARAMS": {"cw_hard_limit": "MAKES", "ccw_hard_limit": "MAKES"},
+    },
+    defaults_source="MG17APTServer.ini, HS ZST213(B)",
     catalogue=("ZST213", "ZST213(B)"),
     ids={"HW_GET_INFO.mod_state": 0x31, "MOT_SET_TSTACTUATORTYPE.actuator_ident": 0x31},
 )

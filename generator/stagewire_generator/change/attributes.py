@@ -139,19 +139,15 @@ _WITH_SOURCE = ("units/*/hardware_type", "units/*/sends/*", "units/*/also_at", "
 _POSITIONS = ("move", "argument", "values", "read", "bits", *map("time/{}".format, _TIME))
 _HINDERS = Data({"cause": "hindrance", "when": "hindrance", "limit": "hindrance"})
 _CALL = Data({"name": "call", "defaults/*": Entries("field", "call-default", "call-default")})
+_SETTING_FACTS = ("unit", "quantity", "told_by/*/field", "told_by/*/while/field")
 _SETTINGS = Data(
     {
         "*": Entries("setting", "setting-added", "setting-removed"),
         "*/overlay": _OVERLAY,
-        "*/unit": "setting",
-        "*/quantity": "setting",
-        "*/page": "page",
-        "*/summary": "text",
+        **{f"*/{fact}": kind for fact, kind in (("page", "page"), ("summary", "text"))},
+        **{f"*/{fact}": "setting" for fact in _SETTING_FACTS},
+        **{f"*/told_by/*/{key}": Sequence("setting") for key in ("while/values", "not_on")},
         "*/told_by/*": Entries("set", "setting", "setting"),
-        "*/told_by/*/field": "setting",
-        "*/told_by/*/while/field": "setting",
-        "*/told_by/*/while/values": Sequence("setting"),
-        "*/told_by/*/not_on": Sequence("setting"),
         "*/told_by/*/values/*": Entries("value", "setting", "setting"),
     }
 )
@@ -444,15 +440,15 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
     },
     model_scales.Stage: {
         "name": _PAIRED,
-        "title": "text",
+        **dict.fromkeys(("title", "defaults_source", "defaults_note"), "text"),
+        "defaults": "stage-defaults",
         "page": "page",
         "scales": Elsewhere("scales"),
         "place": _PLACE,
         "overlay": _OVERLAY,
         "limits": Elsewhere("scales"),
-        "catalogue": "stage-catalogue",
+        **dict.fromkeys(("catalogue", "axis"), "stage-catalogue"),
         "rotary": "quantity-unit",
-        "axis": "stage-catalogue",
         "ids": Elsewhere("scales"),
     },
     model_scales.StageId: {"id": "stage-id", "source": "text", "page": "page", "overlay": _OVERLAY},

@@ -185,6 +185,7 @@ _SOURCE = {
     "stage-removed": "the stage was removed",
     "stage-renamed": "the stage has another name; its scales are the same",
     "stage-catalogue": "the stage has other names in the catalogue of the vendor, or is another axis",
+    "stage-defaults": "apply_stage_defaults() writes other values",
     "stage-limit": "device classes enforce another limit of the stage, or no limit",
     "stage-id": "device classes detect the stage by another number, or no longer",
     "controller-added": "a new group of units with the same scales",

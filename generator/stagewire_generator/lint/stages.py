@@ -19,6 +19,7 @@ def check_stages(protocol: Protocol, document: Document, diagnostics: Diagnostic
     rules = _Rules(protocol, document, diagnostics)
     rules.stages()
     rules.stage_ids()
+    rules.defaults()
     rules.groups()
 
 
@@ -83,6 +84,25 @@ class _Rules:
                     "`fewer_stages`"
                 )
                 self._refuse("SW084", path, what, hint)
+
+    def defaults(self) -> None:
+        """Check that the default parameters of stages are fields and values of messages that set them."""
+        for stage in self.protocol.stages:
+            for name, values in stage.defaults.items():
+                message = self.of_name.get(name)
+                fields = {
+                    f.name: f for x in (message.layouts if message else ()) for f in x.all_fields
+                }
+                for field, value in values.items():
+                    found, is_number = fields.get(field), value[-1:].isdigit()
+                    named = found is not None and found.enum and {v.name for v in found.enum.values}
+                    if found is None:
+                        what = f"stages.{stage.name}.defaults: {name} has no field {field}"
+                    elif not (is_number if found.quantity else named and value in named):
+                        what = f"stages.{stage.name}.defaults: {field} has no value {value}"
+                    else:
+                        continue
+                    self.diagnostics.add(stage.place, "SW021", what)
 
     def stage_ids(self) -> None:
         """Check that stage ids name a field, and that a unit reports another id for each of its stages."""

@@ -117,6 +117,7 @@ def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage,
                 other.rotary,
                 entry.get("axis", ""),
                 _ids(document, name, entry),
+                *_defaults(entry),
             )
     return tuple(controllers.values()), tuple(stages.values())
 
@@ -176,6 +177,7 @@ def _stage(
         rotary,
         entry.get("axis", ""),
         _ids(document, name, entry),
+        *_defaults(entry),
     )
 
 
@@ -190,6 +192,13 @@ def _ids(document: Document, stage: str, entry: Json) -> dict[str, StageId]:
         )
         for field, found in entry.get("ids", {}).items()
     }
+
+
+def _defaults(entry: Json) -> tuple[dict[str, dict[str, str]], str, str]:
+    """Return the parameters of the vendor's program for a stage, their source and a note."""
+    found = dict(entry.get("defaults", {}))
+    source, note = found.pop("source", ""), found.pop("note", "")
+    return found, source, note
 
 
 def _limits(

@@ -349,6 +349,15 @@ class Facts:
         ).VALUES
         return classes
 
+    def writers(self) -> Mapping[str, ParameterSet[Any]]:
+        """Return the parameter sets by the name of the message that writes them."""
+        tables = vars(import_module(f"{self.package}.devices.tables")).values()
+        return {
+            table.set.layout.message: table
+            for table in tables
+            if isinstance(table, ParameterSet) and table.set is not None
+        }
+
     def telling(self, unit: Unit) -> Iterator[tuple[Setting, Told]]:
         """Yield every setting of a unit with the messages that report it."""
         for setting in self.settings.values():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
+from stagewire import Stage
 from stagewire.capture import read_capture
 from stagewire.errors import (
     BadValueError,
@@ -19,6 +21,7 @@ from stagewire.errors import (
     TransportLostError,
     UnsupportedError,
 )
+from stagewire.quantities import Limit
 from stagewire.support import Direction
 from stagewire_apt import (
     BBD102,
@@ -43,6 +46,12 @@ STOP = m.MotMoveStop(1, e.StopMode.PROFILED).pack(0x50, 0x01)
 STOP_UPDATES = m.HwStopUpdateMsgs().pack(0x50, 0x01)
 DISCONNECT = m.HwDisconnect().pack(0x50, 0x01)
 HOME = {"home_direction": 2, "limit_switch": 1, "home_velocity": 1_000_000, "offset_distance": 0}
+
+
+def stage_of(name: str) -> Stage:
+    found = getattr(stages, name)
+    assert isinstance(found, Stage)
+    return found
 
 
 def home_parameters(channel: int = 1, **fields: int) -> m.MotSetHomeParams:
@@ -213,6 +222,70 @@ def test_a_controller_that_does_not_answer_about_its_state_is_opened(
         assert "whether it can move is unknown" in caplog.text
         assert line.names(PROTOCOL) == ["HW_REQ_INFO", "MOT_REQ_HOMEPARAMS"]
         kdc.move_absolute(counts=1000)
+
+
+def test_the_parameters_of_the_stage_are_written_only_when_they_are_asked_for() -> None:
+    controller = virtual.K10CR1()
+    line = line_to(controller)
+    with K10CR1.open(line) as mount:
+        for name in ("vel", "jog"):
+            prefix = "jog_" if name == "jog" else ""
+            change = getattr(mount, f"change_{name}_params")
+            change(**{f"{prefix}acceleration": 0, f"{prefix}max_velocity": 0})
+        mount.session.send(home_parameters(home_velocity=0), 0x50)
+        line.forget()
+        for motion in (
+            mount.home,
+            lambda: mount.jog("FORWARD"),
+            lambda: mount.move_absolute(deg=9),
+        ):
+            with pytest.raises(NotReadyError, match=r"apply_stage_defaults\(\)"):
+                motion()
+        assert not [name for name in line.names(PROTOCOL) if "_SET_" in name]
+        written = mount.apply_stage_defaults()
+        assert [values.message.layout.message for values in written] == [
+            "MOT_GET_HOMEPARAMS",
+            "MOT_GET_VELPARAMS",
+            "MOT_GET_JOGPARAMS",
+        ]
+        assert round(mount.get_vel_params().max_velocity_deg_per_s, 3) == 10
+        assert round(mount.get_jog_params().step_size_deg, 3) == 5
+        assert mount.get_home_params().home_direction is e.HomeDirection.REVERSE
+        assert mount.home().message == m.MotMoveHomed(1)
+        mount.jog("FORWARD")
+
+
+def test_the_parameters_of_the_stage_include_its_limit_switches() -> None:
+    async def main() -> None:
+        async with aio.KDC101.open("virtual://KDC101?stage=Z825V", stage="Z825V") as kdc:
+            *_, switches = await kdc.apply_stage_defaults()
+            assert switches.message == (await kdc.get_lim_switch_params()).message
+            assert switches.message.cw_hard_limit == e.HardLimit.MAKES
+
+    stepped.run(main())
+
+
+def test_a_stage_without_known_parameters_is_an_error_and_nothing_is_sent() -> None:
+    line = line_to(virtual.KDC101(stage=stages.Z825B))
+    with KDC101.open(line, stage="Z825B") as kdc:
+        line.forget()
+        with pytest.raises(UnsupportedError, match="no default parameters of Z825B"):
+            kdc.apply_stage_defaults()
+        assert line.raw == b""
+    with KDC101.open("virtual://KDC101") as kdc, pytest.raises(UnsupportedError, match="stage="):
+        kdc.apply_stage_defaults()
+
+
+@pytest.mark.parametrize("name", [name for name in stages.__all__ if stage_of(name).defaults])
+def test_the_parameters_of_each_stage_are_within_its_limits(name: str) -> None:
+    stage = stage_of(name)
+    for values in stage.defaults.values():
+        for field, value in values.items():
+            limit = stage.limits.get(
+                "max_velocity" if "velocity" in field else f"max_{field.rpartition('_')[2]}"
+            )
+            if isinstance(limit, Limit) and value[-1:].isdigit():
+                assert 0 < Fraction(value) <= limit.value
 
 
 # Channel not enabled

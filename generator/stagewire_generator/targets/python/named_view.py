@@ -206,6 +206,16 @@ def _stage_view(
             keyed(literal(name), _limit(protocol, limit)) for name, limit in stage.limits.items()
         ]
         arguments.append(mapping("limits=", limits, broken=True))
+    if stage.defaults:
+        defaults = [
+            keyed(
+                literal(name),
+                mapping("", [f"{literal(f)}: {literal(value)}" for f, value in values.items()]),
+            )
+            for name, values in stage.defaults.items()
+        ]
+        arguments.append(mapping("defaults=", defaults, broken=True))
+        arguments.append(Text("defaults_source=", stage.defaults_source))
     if stage.catalogue:
         arguments.append(strings("catalogue=", stage.catalogue))
     if stage.rotary:

@@ -476,5 +476,11 @@ def _stage(stage: Stage) -> Json:
             name: {**limit_json(limit), **_other_document(stage, limit)}
             for name, limit in stage.limits.items()
         },
+        **({"defaults": _defaults(stage)} if stage.defaults else {}),
         **_from(stage),
     }
+
+
+def _defaults(stage: Stage) -> Json:
+    note = {"note": stage.defaults_note} if stage.defaults_note else {}
+    return {"source": stage.defaults_source, **note, **stage.defaults}

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any, Generic, TypeVar, overload
 
 from stagewire._codec.events import Event
-from stagewire._devices.asynchronous import calls, motion, readiness
+from stagewire._devices.asynchronous import calls, defaults, motion, readiness
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.event_filter import EventFilter, First, Second, Third
 from stagewire._devices.structure import ChannelsBase, PartBase
@@ -169,6 +169,23 @@ class Channel(Part):
         errors of :meth:`is_enabled`.
         """
         await readiness.switch_channel(self._at, timeout, on=False)
+
+    async def apply_stage_defaults(
+        self, *, timeout: float | None = None
+    ) -> tuple[Values[Any], ...]:
+        """Write the parameters with which the vendor's program drives the stage on this channel.
+
+        These are home, velocity, jog and limit switch parameters, as far as the registry has them for the
+        stage and the unit supports them; ``stage.defaults`` lists them. Other parameters are not changed, and
+        no other call does this. Each set is read, changed and written.
+
+        :return: the sets that were written.
+
+        Raise :class:`~stagewire.errors.UnsupportedError` without a stage, or for one without such parameters;
+        :class:`~stagewire.errors.UnknownScaleError` and :class:`~stagewire.errors.LimitError`. Then nothing
+        was written.
+        """
+        return await defaults.apply_defaults(self._at, timeout)
 
 
 class Bay(Channel):

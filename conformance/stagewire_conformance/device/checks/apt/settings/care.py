@@ -203,8 +203,8 @@ CARE: Final[Mapping[str, Care]] = {
         first_channel=True,  # page 119
     ),
     "PZ_TSG_IOSETTINGS": Care({"display_mode": _LISTED, "force_calib": _NEAR}),
-    # Issue 37. The display of a BBD30x belongs to all its channels. Ports that output something keep their
-    # settings, because a change could reach the connected equipment.
+    # Issue 37. The display and the joystick of a BBD30x belong to all its channels. Ports that output
+    # something keep their settings, because a change could reach the connected equipment.
     "MOT_KCUBEMMIPARAMS": Care(
         {
             **_all(_LOWER, "js_max_vel", "js_accn", "disp_brightness", "disp_dim_level"),
@@ -235,7 +235,7 @@ CARE: Final[Mapping[str, Care]] = {
     "MOT_BOWINDEX": Care(_all(_NEAR, "bow_index")),
     "MOT_JOYSTICKPARAMS": Care(
         _all(
-            _LOWER,
+            _SHARED,
             *("js_gear_low_max_vel", "js_gear_high_max_vel"),
             *("js_gear_low_accn", "js_gear_high_accn"),
         )

@@ -1,0 +1,59 @@
+# Generated from _devices/asynchronous/defaults.py by `python tools/unasync.py`; do not edit.
+
+"""Write the parameters with which the vendor's program drives a stage, when the user asks for it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stagewire._devices.arguments import fields_of
+from stagewire._devices.synchronous.calls import change, check_limits
+from stagewire._devices.synchronous.transport import Endpoint
+from stagewire._devices.tables import Given, ParameterSet
+from stagewire._devices.values import Values
+from stagewire.errors import UnknownScaleError, UnsupportedError
+
+
+def apply_defaults(endpoint: Endpoint, timeout: float | None) -> tuple[Values[Any], ...]:
+    """Write the parameters of the stage on a channel, and return the sets that were written.
+
+    All values are converted and checked before the first set is written.
+    """
+    what = f"{endpoint.name}: apply_stage_defaults"
+    stage = endpoint.scales().stage
+    if stage is None:
+        raise UnsupportedError(f"{what}: no stage is known; pass stage= to open")
+    if not stage.defaults:
+        raise UnsupportedError(
+            f"{what}: the registry has no default parameters of {stage.name}; set them with the set_ methods"
+        )
+    tables = endpoint.connection.facts.writers()
+    chosen: list[tuple[ParameterSet[Any], dict[str, object]]] = []
+    for name, values in stage.defaults.items():
+        if name in endpoint.connection.unit.messages:
+            table = tables[name]
+            given = dict(_keyword(endpoint, table, field, value) for field, value in values.items())
+            assert table.set is not None  # it is found by this message
+            fields = fields_of(what, table.given, given, endpoint.scales(), of=table.set, some=True)
+            check_limits(endpoint, what, table.given, fields)
+            chosen.append((table, given))
+    return tuple([change(endpoint, table, timeout, given) for table, given in chosen])
+
+
+def _keyword(
+    endpoint: Endpoint, table: ParameterSet[Any], field: str, value: str
+) -> tuple[str, object]:
+    """Return the keyword and the value with which a call sets a field, in the unit of the stage."""
+    [entry] = [entry for entry in table.given if entry.field == field]
+    if not entry.ways:
+        return entry.keyword, value
+    return _way(endpoint, entry), value
+
+
+def _way(endpoint: Endpoint, entry: Given) -> str:
+    """Return the keyword in the unit of the stage."""
+    unit = endpoint.scales().unit_of(entry.quantity)
+    for keyword, way_unit, _ in entry.ways:
+        if way_unit == unit:
+            return keyword
+    raise UnknownScaleError(f"{endpoint.name}: {entry.field} has no keyword in {unit}")
