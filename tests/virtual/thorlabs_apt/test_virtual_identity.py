@@ -39,7 +39,7 @@ CARD, BOARD = 44, 45
         ("BBD101", MOTHERBOARD, 73, "BBD101", BOARD, 1),  # page 7: also a card slot system
         ("BBD101", BAY, 94, "ION001 ", CARD, 1),
         ("BSC102", MOTHERBOARD, 70, "BSC102", BOARD, 2),
-        ("BSC103", BAY, 70, "BSC103", 21, 1),
+        ("BSC103", BAY, 90, "BSC103", 21, 1),  # cards of a BSC103, see decisions.yaml
         ("MST601", BAY, 50, "MST601", 26, 2),
         ("MST601", MOTHERBOARD, 98, "RACK", BOARD, 1),
         ("BPC202", MOTHERBOARD, 71, "BPC202", BOARD, 2),  # of the BPC203, a unit of the same family
