@@ -21,7 +21,7 @@ Name: TypeAlias = int | str | tuple[int, int]
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a controller reported about the stage at a place.
+    """The stage that a controller reported at a place.
 
     :param id: number of the stage; 0 for none.
     :param message: message with the number.

@@ -220,7 +220,9 @@ def test_a_controller_that_does_not_answer_about_its_state_is_opened(
     line.twist = lambda data: b"" if data[:2] == b"\x42\x04" else data
     with caplog.at_level(logging.WARNING, "stagewire"), KDC101.open(line) as kdc:
         assert "whether it can move is unknown" in caplog.text
-        assert line.names(PROTOCOL) == ["HW_REQ_INFO", "MOT_REQ_HOMEPARAMS"]
+        assert line.names(PROTOCOL) == [
+            "HW_REQ_INFO", "MOT_REQ_LIMSWITCHPARAMS", "MOT_REQ_HOMEPARAMS"
+        ]  # fmt: skip
         kdc.move_absolute(counts=1000)
 
 

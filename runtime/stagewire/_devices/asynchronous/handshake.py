@@ -100,7 +100,8 @@ async def _ask_stages_and_settings(
             if told is not None:
                 connection.reported_stage(place, reports.id_in(told.message))
         for table in tables:
-            await _answer(endpoint, table, "a setting")
+            if reports is None or table.req is not reports.query.req:  # asked above
+                await _answer(endpoint, table, "a setting")
         if needs_state:
             needs_state = await read_state(endpoint)
     if reports is not None:

@@ -17,9 +17,11 @@ from stagewire_generator.naming import camel
 _SYMBOLS = {"V": "volts", "N": "newtons"}
 # Attributes that every device class inherits from the runtime, and imports of the generated modules.
 METHODS = frozenset(keyword.kwlist) | frozenset({
-    "axis", "axis_class", "bay", "bay_class", "bays", "channel", "channel_class", "channels", "close",
-    "e", "f", "facts", "info", "is_moving", "low_level", "mode", "mro", "open", "reconnect", "scales",
-    "serial_number", "session", "subscribe", "t", "text", "unit", "url", "v", "values"
+    "apply_stage_defaults", "axis", "axis_class", "bay", "bay_class", "bays", "channel", "channel_class",
+    "channels", "close", "disable", "e", "enable", "f", "facts", "info", "is_enabled", "is_moving",
+    "left_moving", "low_level", "mode", "move_to", "mro", "open", "position", "reconnect", "scales",
+    "serial_number", "session", "set_transit_time", "subscribe", "t", "text", "transit_time", "unit",
+    "url", "v", "values"
 })  # fmt: skip
 # Names that arguments of methods, and attributes of the values they return, cannot have.
 ARGUMENTS = frozenset(keyword.kwlist) | frozenset({
