@@ -70,7 +70,7 @@ CASES = (
     Case(
         "LTS300",
         LTS300C,
-        {"identify": False, "scale_source": "since_hardware_3"},
+        {"stage": "LTS300C"},
         silent=frozenset(("get_bow_index",)),
     ),
     Case(

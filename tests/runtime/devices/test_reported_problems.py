@@ -37,6 +37,7 @@ from stagewire_apt import (
     KDC101,
     KST101,
     LTS150,
+    LTS300,
     MFF101,
     TBD001,
     TDC001,
@@ -353,6 +354,11 @@ class TestReportedModelDiffersFromTheLabel:
         line = RecordingLink(virtual.BSC201(model="SCC201", serial_number=40000001))
         with BSC201.open(line) as device:
             assert "model SCC201" in str(device)
+
+    def test_an_lts300_reports_lts300c(self) -> None:
+        line = RecordingLink(virtual.LTS300(model="LTS300C"))
+        with LTS300.open(line, stage="LTS300C") as device:
+            assert device.scales.of("position", "mm").counts_per_unit == 409_600
 
     def test_another_model_is_refused_with_the_class_to_use(self) -> None:
         line = RecordingLink(virtual.TDC001(model="KDC101", serial_number=27000001))
