@@ -68,6 +68,9 @@ class Bench:
         return instrument.channel(channel, **where).behaviour
 
 
+_SOURCES = ("vendor", "since_hardware_3")
+
+
 def bench(
     unit: str, stage: str | None = None, seed: int = 0, *, ends: bool = True, **options: Any
 ) -> Bench:
@@ -100,8 +103,11 @@ def _travel_in_counts(unit: str, stage: str, length: int | None = None) -> int:
     fitted = tuple(ChannelPics(number=n, stage=stage) for n in (1, 2))
     place = declare(replace(Pics(unit=unit), channels=fitted)).places[-1]
     scale = place.position_scale(1)
-    if scale is None:  # the sources of the scale contradict each other
-        return 500_000
+    if (
+        scale is None
+    ):  # the sources of the scale contradict each other; virtual controllers use these
+        conflict = getattr(stages, stage).scale("position", unit)
+        scale = next(conflict.scales[name] for name in _SOURCES if name in conflict.scales)
     return int((value if length is None else length) * scale.counts_per_unit)
 
 

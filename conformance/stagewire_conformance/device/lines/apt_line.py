@@ -64,6 +64,8 @@ class AptLine(GuardedLink):
         """Received messages that have not been taken yet."""
         self.received: set[str] = set()
         """The names of all messages that have arrived in this run."""
+        self.reporting: set[tuple[int, int]] = set()
+        """The channels that have received the parameters without which they report no ends of motions."""
         self.measured: dict[tuple[int, int], float] = {}
         """Measured counts/s of one unit of a velocity without a certain scale, by address and channel."""
         self.confirmed: set[tuple[int, int]] = set()

@@ -37,6 +37,12 @@ _SECONDS: Final = 0.25
 """The approximate duration in seconds of the move, and of the way beyond its target."""
 _OBSERVABLE: Final = 0.02
 """The duration in seconds of a way that several statuses show."""
+_QUICK: Final = 0.1
+"""The duration in seconds of a move of unknown pace that may be too short to show such a way."""
+_TOO_QUICK: Final = (
+    "{axis.text}: moves of {counts} counts end before the way beyond their target can be observed; allow a "
+    "wider range, or set a lower velocity and acceleration"
+)
 _STOP: Final = ("MOT_MOVE_STOP", STOPPED)
 
 
@@ -67,10 +73,7 @@ def _corrects(axes: Sequence[Axis]) -> None:
         distances, "a backlash distance of {} counts is too short to be observed"
     )
     for axis in [axis for axis, each in distances.items() if _is_too_quick(axis, each)]:
-        axis.trial.inconclusive(
-            f"{axis.text}: moves of {distances.pop(axis)} counts end before the way beyond their target can "
-            "be observed; allow a wider range, or set a lower velocity and acceleration"
-        )
+        axis.trial.inconclusive(_TOO_QUICK.format(axis=axis, counts=distances.pop(axis)))
     if not distances or not make_room({axis: 2 * each for axis, each in distances.items()}):
         return
     begins = {axis: axis.place_with_room(2 * each) for axis, each in distances.items()}
@@ -98,7 +101,13 @@ def _overshoots(
     shuttle = Shuttle(distances, begins, {axis: abs(way) for axis, way in distances.items()})
     up = shuttle.overshoots(list(distances))
     down = shuttle.overshoots(list(up))
-    return {axis: (up[axis], down[axis]) for axis in down}
+    found = {axis: (up[axis], down[axis]) for axis in down}
+    for axis, overs in list(found.items()):
+        seconds = min(course.seconds for course in shuttle.courses[axis])
+        if not axis.pace.known and seconds < _QUICK and max(overs) < distances[axis] // 2:
+            axis.trial.inconclusive(_TOO_QUICK.format(axis=axis, counts=distances[axis]))
+            del found[axis]
+    return found
 
 
 def _stop_after_the_turn(

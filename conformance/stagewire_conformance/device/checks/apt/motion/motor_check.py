@@ -19,7 +19,10 @@ from stagewire_conformance.device.checks.apt.motion.apart import need_no_confusi
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
 from stagewire_conformance.device.checks.apt.motion.moves import returning
 from stagewire_conformance.device.checks.apt.motion.pace import LONGEST
-from stagewire_conformance.device.checks.apt.motion.parameters import keep_backlash_inside
+from stagewire_conformance.device.checks.apt.motion.parameters import (
+    keep_backlash_inside,
+    let_ends_be_reported,
+)
 from stagewire_conformance.device.permissions import Need, RangeError
 
 if TYPE_CHECKING:
@@ -98,6 +101,15 @@ def lacks_range(declared: Declaration, allowed: Permissions, motor: Motor) -> st
     return ""
 
 
+def _lacks_settings(place: Target, allowed: Permissions) -> str:
+    """Return why the ends of motions are not reported without a setting; empty if they are."""
+    required = place.unit.reports_ends_after
+    if required is None or required.set is None or allowed.settings:
+        return ""
+    name = required.set.layout.message
+    return f"{place.name} reports no end of a motion before {name}, which needs --allow-settings"
+
+
 def motor_check(
     kind: Kind,
     title: str,
@@ -143,6 +155,7 @@ def motor_check(
                     seconds=seconds * (_FAST if _BRUSHLESS in place.listed else 1.0),
                     skip=_skip(place, messages),
                     lacks=lacks_range(declared, allowed, group[0])
+                    or _lacks_settings(place, allowed)
                     or lacks(declared, allowed, group[0]),
                 )
 
@@ -216,6 +229,7 @@ def _run(trial: Trial, group: Sequence[Motor], moving: Moving) -> None:
         trial.depends_on(*axis.spoilt, *ENABLING)
         axis.inside()
     for axis in axes:
+        let_ends_be_reported(axis)
         axis.begin()
         keep_backlash_inside(axis)
     returning(axes)

@@ -8,10 +8,12 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import UnknownScaleError
+from stagewire.quantities import ScaleConflict
 from stagewire_apt import messages as m
 from stagewire_conformance.device.trial import NotRunError
 
 if TYPE_CHECKING:
+    from stagewire.devices import Scales
     from stagewire.quantities import Scale
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
@@ -209,15 +211,44 @@ def _pace(trial: Trial, place: Target, channel: int, velocity: int, acceleration
 
 
 def _ratio(place: Target, channel: int, quantity: str) -> Fraction | None:
-    """Return the counts (of position, per second) of one unit on the wire; None if unknown."""
-    position, scale = place.position_scale(channel), _scale(place, channel, quantity)
+    """Return the counts (of position, per second) of one unit on the wire; None if unknown.
+
+    If sources contradict each other on the counts per millimetre, this ratio may still be the same for all.
+    """
+    scales = place.connected_to(channel).scales
+    if quantity not in scales.rules:
+        return None
+    found = {
+        _ratio_in(each, quantity)
+        for each in (scales, *(replace(scales, source_of_scales=one) for one in _sources(scales)))
+    } - {None}
+    return found.pop() if len(found) == 1 else None
+
+
+def _ratio_in(scales: Scales, quantity: str) -> Fraction | None:
+    position, scale = (_known(scales, name) for name in ("position", quantity))
     if position is None or scale is None:
         return None
     return position.counts_per_unit / scale.counts_per_unit
 
 
+def _sources(scales: Scales) -> set[str]:
+    """Return the names of the sources that contradict each other on the scales of a stage."""
+    stage = scales.stage
+    return {
+        source
+        for on_unit in (stage.scales.values() if stage is not None else ())
+        for scale in on_unit.values()
+        if isinstance(scale, ScaleConflict)
+        for source in scale.scales
+    }
+
+
 def _scale(place: Target, channel: int, quantity: str) -> Scale | None:
-    scales = place.connected_to(channel).scales
+    return _known(place.connected_to(channel).scales, quantity)
+
+
+def _known(scales: Scales, quantity: str) -> Scale | None:
     if quantity not in scales.rules:
         return None
     try:

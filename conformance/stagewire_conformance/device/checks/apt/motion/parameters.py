@@ -126,6 +126,22 @@ def placed_set(axis: Axis, setting: str) -> PlacedSet:
     return PlacedSet(axis.place, axis.channel, next(each for each in sets if each.set == setting))
 
 
+def let_ends_be_reported(axis: Axis) -> None:
+    """Write back the parameters that a motor must receive before it reports the end of any motion.
+
+    The labjacks need their home parameters once (Issue 37, page 41). Their values are not changed.
+    """
+    required = axis.place.unit.reports_ends_after
+    motor = (axis.place.address, axis.channel)
+    if required is None or required.set is None or motor in axis.trial.line.reporting:
+        return
+    name = required.set.layout.message
+    if name in axis.place.messages:
+        placed = placed_set(axis, name)
+        placed.write(axis.trial, placed.read(axis.trial))
+        axis.trial.line.reporting.add(motor)
+
+
 def jog_single_steps(steps: Mapping[Axis, int]) -> None:
     """Make each jog a single step of some counts."""
     for axis, step in steps.items():
