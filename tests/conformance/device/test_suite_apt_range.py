@@ -105,10 +105,11 @@ def test_no_motor_leaves_the_range(
 def test_a_motor_outside_the_range_is_reported_and_not_moved() -> None:
     on = bench("BBD102", "MLS203")
     link = WatchedLink(on.link)
-    allowed = Permissions(settings=True, motion=Range.parse("10..20mm"))
+    allowed = Permissions(settings=True, tuning=True, motion=Range.parse("10..20mm"))
     report = run_on(on, (*MOVES, "home", "enable", "loops"), link=link, allowed=allowed)
     assert not {id_of(raw) for raw in link.writes} & MOVING.keys()
-    assert all(EFFECTS[id_of(raw)] not in ("motion", "settings") for raw in link.writes)
+    changing = ("motion", "settings", "tuning")
+    assert all(EFFECTS[id_of(raw)] not in changing for raw in link.writes)
     assert not complaints(report)  # the controller is not to blame for it
     undecided = {
         outcome.kind.name: " ".join(finding.text for finding in outcome.findings)
