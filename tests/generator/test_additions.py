@@ -295,6 +295,20 @@ def test_a_page_of_an_addition_is_a_page_of_the_later_document(fourth: Fourth) -
     assert (echo.page_in(""), echo.page_in("fourth")) == (6, 40)
 
 
+def test_a_registry_has_only_the_later_pages_of_its_overlays(fourth: Fourth) -> None:
+    fourth.write()
+    core = fourth.spec / "tiny" / "messages" / "core.yaml"
+    text = core.read_text(encoding="utf-8")
+    head = "  POS_ECHO:\n"
+    assert head in text
+    core.write_text(text.replace(head, f"{head}    later_pages: {{fourth: 4}}\n"), encoding="utf-8")
+    for overlays, pages in ((["tiny/fourth"], {"fourth": 4}), ([], None)):
+        files = render(check(fourth.spec, overlays=overlays, base=True))
+        registry = json.loads(files["python/stagewire_tiny/registry.json"])
+        [echo] = [m for m in registry["messages"] if m["name"] == "POS_ECHO"]
+        assert echo.get("later_pages") == pages
+
+
 def test_a_withdrawn_entry_has_no_additions(fourth: Fourth) -> None:
     fourth.write({"messages": {"POS_ECHO": {"note": "x"}}}, withdraws={"messages": ["POS_ECHO"]})
     [found] = fourth.errors()

@@ -295,17 +295,27 @@ renames:
   messages: {MOT_MOVE_JOG: {to: MOT_MOVE_STEP, spelling: move step}%s}
 """
 RENAMED = """\
-from stagewire.errors import MotionTimeoutError
+from stagewire.errors import MotionTimeoutError, NotReadyError
 from stagewire_apt import TDC001
 
 with TDC001.open("virtual://TDC001", motion_timeout=0.5) as tdc:
     print(tdc.get_speed_params().max_velocity)
-    for move in (lambda: tdc.jog(1), lambda: tdc.move_relative(counts=5)):
+
+
+    def attempt(move):
         try:
             move()
+        except NotReadyError as error:
+            print(error)
         except MotionTimeoutError:
             print("no end")
             tdc.stop()
+
+    attempt(lambda: tdc.jog(1))
+    attempt(lambda: tdc.move_relative(counts=5))
+    tdc.set_speed_params(min_velocity=0, acceleration=100, max_velocity=1000)
+    print(tdc.get_speed_params().max_velocity)
+    attempt(lambda: tdc.move_relative(counts=5))
 """
 
 
@@ -323,7 +333,11 @@ def renamed(tmp_path: Path, *more: str) -> Path:
 
 def test_virtual_controllers_lose_the_behaviour_of_renamed_messages(tmp_path: Path) -> None:
     """As ``docs/how-to/overlays.md`` says."""
-    assert run(renamed(tmp_path), RENAMED).splitlines() == ["0", "no end", "no end"]
+    first, jog, refused, second, move, warning = run(renamed(tmp_path), RENAMED).splitlines()
+    assert (first, jog, second, move) == ("0", "no end", "1000", "no end")
+    assert "move_relative was not sent" in refused
+    for text in (refused, warning):
+        assert "acceleration is 0; max_velocity is 0" in text
 
 
 def test_a_unit_whose_kind_no_message_shows_cannot_be_simulated(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from fractions import Fraction
 from functools import lru_cache
 from typing import TypeAlias
@@ -141,6 +141,7 @@ def _registry_json(protocol: Protocol) -> Json:
     """Return the resolved registry as the architecture describes it."""
     units, uncompared = protocol.units, protocol.not_compared
     later = protocol.later_messages
+    applied = {overlay.name for overlay in protocol.overlays}
     return {
         "schema_version": SCHEMA_VERSION,
         "protocol": protocol.name,
@@ -152,7 +153,7 @@ def _registry_json(protocol: Protocol) -> Json:
             {"name": c.name, "title": c.title, "page": c.page, "summary": c.summary, **_from(c)}
             for c in protocol.chapters
         ],
-        "messages": [_message(message) for message in protocol.messages],
+        "messages": [_message(message, applied) for message in protocol.messages],
         "sets": {s.name: dict(s.members) for s in protocol.sets},
         "enumerations": {
             e.name: {
@@ -292,7 +293,7 @@ def _bit(bit: FlagBit) -> Json:
     return data
 
 
-def _message(message: Message) -> Json:
+def _message(message: Message, applied: Collection[str]) -> Json:
     classes = message_classes(message)
     data = {
         "name": message.name,
@@ -318,7 +319,7 @@ def _message(message: Message) -> Json:
         "tells": message.tells,
         "call": message.call,
         "aliases": list(message.aliases),
-        "later_pages": dict(message.later_pages),
+        "later_pages": {o: page for o, page in message.later_pages.items() if o in applied},
         "not_sent": message.not_sent,
         "twin_of": message.twin_of,
     }
