@@ -276,14 +276,14 @@ def _name(name: Name) -> str:
 def _channel(connection: Connection[Any], place: Place) -> tuple[str, ...]:
     """Return the lines for a channel: its stage, what prevents motions, its limits and scales."""
     scales, unit = connection.scales(place), connection.unit
-    limits = connection.stated_limits(place).described(unit.settable, scales)
+    limits = connection.stated_limits(place)
     state = (
-        f"motions are refused: {'; '.join(faults)}; {advice(unit, needed)}"
+        f"motions are refused: {'; '.join(faults)}; {advice(unit, needed, faults, scales, limits)}"
         for needed, faults in connection.readiness.faults(place).items()
     )
     return (
         connection.stages.described(place),
         *state,
-        *limits,
+        *limits.described(unit.settable, scales),
         *scales.described(unit.quantities),
     )
