@@ -31,6 +31,15 @@ class PartBase:
     def __repr__(self) -> str:
         return f"<{self._at.name} at {self._at.connection.url}>"
 
+    def __str__(self) -> str:
+        at = self._at
+        lines = [f"{at.name} at {at.connection.url}"]
+        for place, name in at.connection.places.items():
+            if place[0] == at.address and at.channel in (None, place[1]):
+                first, *others = _channel(at.connection, place)
+                lines += [f"  {_name(name)}: {first}", *(f"    {line}" for line in others)]
+        return "\n".join(lines)
+
     @property
     def _source(self) -> int | None:
         """Source address of the messages of a subscription; None: any."""

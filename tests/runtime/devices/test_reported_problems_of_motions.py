@@ -18,6 +18,7 @@ from stagewire.errors import (
     MotionTimeoutError,
     NotReadyError,
     OutOfRangeError,
+    SessionClosedError,
     TransportLostError,
     UnsupportedError,
 )
@@ -325,6 +326,24 @@ def test_the_parameters_of_each_stage_are_within_its_limits(name: str) -> None:
             )
             if isinstance(limit, Limit) and value[-1:].isdigit():
                 assert 0 < Fraction(value) <= limit.value
+
+
+# Closed devices, and parts of devices
+
+
+def test_a_closed_device_cannot_be_entered() -> None:
+    kdc = KDC101.open("virtual://KDC101")
+    kdc.close()
+    with pytest.raises(SessionClosedError, match=r"was closed: call reconnect\(\)"), kdc:
+        pass
+
+
+def test_a_bay_shows_its_own_stage_and_limits() -> None:
+    with BBD102.open("virtual://BBD102?stage=MLS203", stages={2: "MLS203"}) as bbd:
+        assert "stage MLS203, chosen by the user" in str(bbd.bay(2))
+        assert "maximum velocity" in str(bbd.bay(2))
+        assert "stage MLS203_X, reported" in str(bbd.bay(1))
+        assert "MLS203_X, reported" not in str(bbd.bay(2))
 
 
 # Channel not enabled
