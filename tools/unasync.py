@@ -29,6 +29,7 @@ MODULES: Final = {
 WORDS: Final = (
     (r"\basync (?=def |with |for )", ""),
     (r"\bawait ", ""),
+    (r"\b__aenter__\b", "__enter__"),
     (r"\b__aexit__\b", "__exit__"),
     (r"\bopen_async_link\b", "open_link"),
     (r"\bOpening\[Self\]", "Self"),

@@ -7,14 +7,18 @@ logged, shown by ``print(device)``, and refused at the next motion.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from stagewire._codec.flags import Enumeration
 from stagewire._codec.message import Message
-from stagewire._devices.tables import ParameterSet
+from stagewire._devices.limits import Limits
+from stagewire._devices.scales import Scales
+from stagewire._devices.tables import Given, ParameterSet
+from stagewire._devices.travel import MEASURES
 from stagewire._devices.unit import Hindrance, Need, Unit
+from stagewire.errors import UnknownScaleError
 
 Place: TypeAlias = tuple[int, int | None]
 """Address and channel."""
@@ -137,12 +141,45 @@ def _messages(table: ParameterSet[Any]) -> set[type[Message]]:
     return {cls for cls in found if cls is not None}
 
 
-def advice(unit: Unit, name: str) -> str:
-    """Return what a user can do about a fault in a parameter set.
+def advice(unit: Unit, name: str, faults: Iterable[str], scales: Scales, limits: Limits) -> str:
+    """Return what a user can do about faults in a parameter set.
 
     :param name: name of the set.
+    :param faults: as :func:`faults_in` returns them: those of a value begin with the name of its field.
+    :param scales: scales of the channel, with its stage.
+    :param limits: limits of the channel.
     """
     switch = switch_of(unit)
     if switch is not None and switch.table.name == name:
         return "call enable()"
-    return f"call apply_stage_defaults() to write the values of the stage, or set_{name}(...)"
+    table = next(need.table for need in needs_of(unit) if need.table.name == name)
+    assert table.set is not None  # what a motion needs can be written
+    fields = {fault.partition(" ")[0] for fault in faults}
+    defaults = {} if scales.stage is None else scales.stage.defaults
+    if fields <= set(defaults.get(table.set.layout.message, ())):
+        return f"call apply_stage_defaults() to write the values of the stage, or set_{name}(...)"
+    given, within = [], []
+    for entry in table.given:
+        if entry.field not in fields:
+            continue
+        keyword, unit_given = _keyword(entry, scales)
+        given.append(f"{keyword}=...")
+        measure = MEASURES.get(unit_given, ("", 1))[0]
+        within += [
+            f"{float(one.value):.10g} {one.unit}"
+            for one in limits.ceilings.values()
+            if one.unit == measure
+        ]
+    ends = f", at most {' and '.join(within)}" if within else ""
+    return f"call change_{name}({', '.join(given)}){ends}"
+
+
+def _keyword(entry: Given, scales: Scales) -> tuple[str, str]:
+    """Return the keyword for a value and its unit: that of the stage, or counts if the scale is unknown."""
+    for keyword, unit, case in entry.ways:
+        try:
+            scales.of(entry.quantity, unit, case)
+        except UnknownScaleError:
+            continue
+        return keyword, unit
+    return entry.keyword, ""

@@ -31,6 +31,15 @@ class PartBase:
     def __repr__(self) -> str:
         return f"<{self._at.name} at {self._at.connection.url}>"
 
+    def __str__(self) -> str:
+        at = self._at
+        lines = [f"{at.name} at {at.connection.url}"]
+        for place, name in at.connection.places.items():
+            if place[0] == at.address and at.channel in (None, place[1]):
+                first, *others = _channel(at.connection, place)
+                lines += [f"  {_name(name)}: {first}", *(f"    {line}" for line in others)]
+        return "\n".join(lines)
+
     @property
     def _source(self) -> int | None:
         """Source address of the messages of a subscription; None: any."""
@@ -276,14 +285,14 @@ def _name(name: Name) -> str:
 def _channel(connection: Connection[Any], place: Place) -> tuple[str, ...]:
     """Return the lines for a channel: its stage, what prevents motions, its limits and scales."""
     scales, unit = connection.scales(place), connection.unit
-    limits = connection.stated_limits(place).described(unit.settable, scales)
+    limits = connection.stated_limits(place)
     state = (
-        f"motions are refused: {'; '.join(faults)}; {advice(unit, needed)}"
+        f"motions are refused: {'; '.join(faults)}; {advice(unit, needed, faults, scales, limits)}"
         for needed, faults in connection.readiness.faults(place).items()
     )
     return (
         connection.stages.described(place),
         *state,
-        *limits,
+        *limits.described(unit.settable, scales),
         *scales.described(unit.quantities),
     )

@@ -96,9 +96,13 @@ def _absent(there: list[Any]) -> str:
         for port in there
         if port.serial_number
     ]
-    shown = f"connected: {', '.join(seen)}" if seen else "no port has a serial number"
+    shown = (
+        f"no port has this serial number; connected: {', '.join(seen)}"
+        if seen
+        else "no port has a serial number"
+    )
     return (
-        f"no port has this serial number; {shown}. Compare it with the label, check that the controller is "
+        f"{shown}. Compare it with the label, check that the controller is "
         "switched on and plugged in, and run stagewire doctor, which checks the driver"
     )
 

@@ -18,6 +18,7 @@ from stagewire.errors import (
     MotionTimeoutError,
     NotReadyError,
     OutOfRangeError,
+    SessionClosedError,
     TransportLostError,
     UnsupportedError,
 )
@@ -74,6 +75,7 @@ def line_to(controller: Any) -> RecordingLink:
     ],
 )
 def test_home_parameters_of_zero_are_refused_before_anything_moves(field: str, cause: str) -> None:
+    keyword = {"home_velocity": "velocity_mm_per_s"}.get(field, field)
     line = line_to(virtual.KDC101(stage=stages.Z825B))
     with KDC101.open(line, stage="Z825B") as kdc:
         kdc.session.send(home_parameters(**{field: 0}), 0x50)  # as another program would
@@ -82,8 +84,9 @@ def test_home_parameters_of_zero_are_refused_before_anything_moves(field: str, c
             with pytest.raises(NotReadyError) as refused:
                 call()
             assert refused.value.causes == (cause,)
-            for words in ("home was not sent", cause, "apply_stage_defaults()", "set_home_params"):
+            for words in ("home was not sent", cause, f"change_home_params({keyword}=...)"):
                 assert words in str(refused.value)
+            assert "apply_stage_defaults" not in str(refused.value)  # Z825B has no defaults
         assert line.names(PROTOCOL) == ["MOT_REQ_HOMEPARAMS"] * 2
         kdc.set_home_params(**HOME)
         assert kdc.home().message == m.MotMoveHomed(1)
@@ -278,6 +281,41 @@ def test_a_stage_without_known_parameters_is_an_error_and_nothing_is_sent() -> N
         kdc.apply_stage_defaults()
 
 
+def test_a_value_that_the_defaults_lack_is_set_by_its_own_call_with_the_limit_of_the_stage() -> (
+    None
+):
+    line = line_to(virtual.KDC101(stage=stages.MTS50_Z8))
+    with KDC101.open(line, stage="MTS50_Z8") as kdc:
+        kdc.change_vel_params(max_velocity=0)
+        advice = r"call change_vel_params\(max_velocity_mm_per_s=\.\.\.\), at most 2\.4 mm/s"
+        with pytest.raises(NotReadyError, match=advice) as refused:
+            kdc.move_absolute(mm=1)
+        assert "apply_stage_defaults" not in str(refused.value)
+        assert "at most 2.4 mm/s" in str(kdc)
+        kdc.change_vel_params(max_velocity_mm_per_s=2.4)
+        kdc.apply_stage_defaults()
+        kdc.move_absolute(mm=1)
+
+
+def test_defaults_that_would_leave_a_value_of_0_are_not_written() -> None:
+    line = line_to(virtual.KDC101(stage=stages.MTS25_Z8))
+    with KDC101.open(line, stage="MTS25_Z8") as kdc:
+        kdc.change_vel_params(max_velocity=0)
+        kdc.change_jog_params(jog_max_velocity=0)
+        line.forget()
+        with pytest.raises(NotReadyError, match="nothing was written") as refused:
+            kdc.apply_stage_defaults()
+        assert refused.value.causes == ("max_velocity is 0", "jog_max_velocity is 0")
+        assert not [name for name in line.names(PROTOCOL) if "_SET_" in name]
+
+
+def test_without_a_stage_the_advice_names_the_values_in_counts() -> None:
+    with TDC001.open("virtual://TDC001") as tdc:
+        tdc.change_vel_params(max_velocity=0)
+        with pytest.raises(NotReadyError, match=r"call change_vel_params\(max_velocity=\.\.\.\)"):
+            tdc.move_absolute(counts=1000)
+
+
 @pytest.mark.parametrize("name", [name for name in stages.__all__ if stage_of(name).defaults])
 def test_the_parameters_of_each_stage_are_within_its_limits(name: str) -> None:
     stage = stage_of(name)
@@ -288,6 +326,24 @@ def test_the_parameters_of_each_stage_are_within_its_limits(name: str) -> None:
             )
             if isinstance(limit, Limit) and value[-1:].isdigit():
                 assert 0 < Fraction(value) <= limit.value
+
+
+# Closed devices, and parts of devices
+
+
+def test_a_closed_device_cannot_be_entered() -> None:
+    kdc = KDC101.open("virtual://KDC101")
+    kdc.close()
+    with pytest.raises(SessionClosedError, match=r"was closed: call reconnect\(\)"), kdc:
+        pass
+
+
+def test_a_bay_shows_its_own_stage_and_limits() -> None:
+    with BBD102.open("virtual://BBD102?stage=MLS203", stages={2: "MLS203"}) as bbd:
+        assert "stage MLS203, chosen by the user" in str(bbd.bay(2))
+        assert "maximum velocity" in str(bbd.bay(2))
+        assert "stage MLS203_X, reported" in str(bbd.bay(1))
+        assert "MLS203_X, reported" not in str(bbd.bay(2))
 
 
 # Channel not enabled

@@ -34,7 +34,13 @@ from stagewire._links.link import AsyncClosing, AsyncLink
 from stagewire._links.usb import usb_url
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
 from stagewire._sessions.command_exchanges import in_low_level, switching
-from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
+from stagewire.errors import (
+    LinkOpenError,
+    ReplyTimeoutError,
+    SessionClosedError,
+    StagewireError,
+    UnsupportedError,
+)
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -127,6 +133,13 @@ class _Opened(DeviceBase, Part, AsyncClosing):
             self._at.connection.forget()
             await self._connect()
             self._opened += 1
+
+    async def __aenter__(self) -> Self:
+        if self.session.closed:
+            raise SessionClosedError(
+                f"{self._at.name} at {self.url} was closed: call reconnect(), or open it again"
+            )
+        return self
 
     async def __aexit__(
         self,

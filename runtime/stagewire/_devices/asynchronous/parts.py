@@ -182,8 +182,9 @@ class Channel(Part):
         :return: the sets that were written.
 
         Raise :class:`~stagewire.errors.UnsupportedError` without a stage, or for one without such parameters;
-        :class:`~stagewire.errors.UnknownScaleError` and :class:`~stagewire.errors.LimitError`. Then nothing
-        was written.
+        :class:`~stagewire.errors.NotReadyError` if the registry lacks a value that motions need and the
+        controller holds one that cannot work; :class:`~stagewire.errors.UnknownScaleError` and
+        :class:`~stagewire.errors.LimitError`. Then nothing was written.
         """
         return await defaults.apply_defaults(self._at, timeout)
 

@@ -34,7 +34,7 @@ async def read_state(endpoint: Endpoint) -> bool:
             connection.url,
             endpoint.name,
             "; ".join(faults),
-            advice(connection.unit, name),
+            advise(endpoint, name, faults),
         )
     return True
 
@@ -84,12 +84,19 @@ def _fields(cls: type[Message], read: Message) -> dict[str, object]:
     return {name: value for name, value in read.values().items() if name in cls.layout.fields}
 
 
+def advise(endpoint: Endpoint, name: str, faults: tuple[str, ...]) -> str:
+    """Return what a user can do about faults in a parameter set of a channel."""
+    connection = endpoint.connection
+    limits = connection.stated_limits(endpoint.place)
+    return advice(connection.unit, name, faults, endpoint.scales(), limits)
+
+
 def _refuse(endpoint: Endpoint, what: str, need: Need, read: Message) -> None:
     faults = faults_in(endpoint.connection.unit, need, read)
     if faults:
         raise NotReadyError(
             f"{what} was not sent, because it cannot succeed: {'; '.join(faults)} "
-            f"({read.layout.message}). {advice(endpoint.connection.unit, need.table.name)}",
+            f"({read.layout.message}). {advise(endpoint, need.table.name, faults)}",
             faults,
         )
 

@@ -7,11 +7,15 @@ from __future__ import annotations
 from typing import Any
 
 from stagewire._devices.arguments import fields_of
-from stagewire._devices.synchronous.calls import change, check_limits
+from stagewire._devices.readiness import faults_in, needs_of
+from stagewire._devices.synchronous.calls import change, check_limits, query
+from stagewire._devices.synchronous.readiness import advise
 from stagewire._devices.synchronous.transport import Endpoint
 from stagewire._devices.tables import Given, ParameterSet
+from stagewire._devices.unit import Need
 from stagewire._devices.values import Values
-from stagewire.errors import UnknownScaleError, UnsupportedError
+from stagewire.errors import NotReadyError, UnknownScaleError, UnsupportedError
+from stagewire.quantities import Stage
 
 
 def apply_defaults(endpoint: Endpoint, timeout: float | None) -> tuple[Values[Any], ...]:
@@ -37,7 +41,36 @@ def apply_defaults(endpoint: Endpoint, timeout: float | None) -> tuple[Values[An
             fields = fields_of(what, table.given, given, endpoint.scales(), of=table.set, some=True)
             check_limits(endpoint, what, table.given, fields)
             chosen.append((table, given))
+    _refuse_unusable(endpoint, what, stage, timeout)
     return tuple([change(endpoint, table, timeout, given) for table, given in chosen])
+
+
+def _refuse_unusable(endpoint: Endpoint, what: str, stage: Stage, timeout: float | None) -> None:
+    """Raise an error if the controller would still hold values that cannot work.
+
+    The registry may lack a value that motions need: one of the vendor that exceeds the limit of the stage.
+    The value that the controller holds is then kept.
+
+    Raise :class:`~stagewire.errors.NotReadyError`.
+    """
+    refused: list[str] = []
+    causes: list[str] = []
+    for need in needs_of(endpoint.connection.unit):
+        values = stage.defaults.get(need.table.set.layout.message) if need.table.set else None
+        kept = tuple(field for field in need.fields if field not in (values or ()))
+        if values is None or not kept:
+            continue
+        read = (query(endpoint, need.table, timeout, {})).message
+        faults = faults_in(endpoint.connection.unit, Need(need.table, kept), read)
+        if faults:
+            refused.append(f"{'; '.join(faults)}: {advise(endpoint, need.table.name, faults)}")
+            causes += faults
+    if refused:
+        raise NotReadyError(
+            f"{what}: nothing was written, because nothing could move with these values, which the "
+            f"registry does not have for {stage.name}: {'; '.join(refused)}",
+            tuple(causes),
+        )
 
 
 def _keyword(

@@ -32,7 +32,13 @@ from stagewire._links.link import Closing, Link
 from stagewire._links.usb import usb_url
 from stagewire._sessions.command_exchanges import in_low_level, switching
 from stagewire._sessions.synchronous import CommandSession, FramedSession
-from stagewire.errors import LinkOpenError, ReplyTimeoutError, StagewireError, UnsupportedError
+from stagewire.errors import (
+    LinkOpenError,
+    ReplyTimeoutError,
+    SessionClosedError,
+    StagewireError,
+    UnsupportedError,
+)
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -119,6 +125,13 @@ class _Opened(DeviceBase, Part, Closing):
             self._at.connection.forget()
             self._connect()
             self._opened += 1
+
+    def __enter__(self) -> Self:
+        if self.session.closed:
+            raise SessionClosedError(
+                f"{self._at.name} at {self.url} was closed: call reconnect(), or open it again"
+            )
+        return self
 
     def __exit__(
         self,
