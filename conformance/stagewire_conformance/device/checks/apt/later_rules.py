@@ -19,7 +19,11 @@ FIELDS: Final[Mapping[str, str]] = {
     "MOT_GET_POWERPARAMS.move_factor": "phase-power-range",
     "bow_index": "bow-index-range",
     "MOT_GET_JOYSTICKPARAMS.dir_sense": "joystick-directions",
+    "mmi_lock": "panel-lock-states",
     "trig_in_mode": "bbd-trigger-input-modes",
+    "trig_in_source": "bbd-trigger-sources",
+    "trig_in_polarity": "bbd-trigger-polarities",
+    "trig_out_polarity": "bbd-trigger-polarities",
     "MOT_GET_MOTTRIGIOCONFIG.pulse_width": "bbd-pulse-width-range",
     "MOT_GET_IOCONFIG.mode": "connector-modes",
     "MOT_GET_IOCONFIG.out_source": "connector-sources",
@@ -28,6 +32,7 @@ FIELDS: Final[Mapping[str, str]] = {
     "MOT_GET_POSTRIGENSTATE.state": "position-trigger-states",
     "MOT_GET_LCDDISPLAYPARAMS.disp_brightness": "front-panel-brightness-range",
     "MOT_GET_LCDDISPLAYPARAMS.disp_dim_level": "front-panel-brightness-range",
+    "MOT_GET_LCDMOVEPARAMS.jog_stop_mode": "front-panel-stop-modes",
     "transit_time": "flipper-transit-range",
     "dig_io1_oper_mode": "flipper-connector-modes",
     "dig_io2_oper_mode": "flipper-connector-modes",
@@ -44,6 +49,7 @@ MESSAGES: Final[Mapping[str, str]] = {
 """Message -> the rule about the values of all its other fields."""
 
 SETS: Final[Mapping[str, str]] = {
+    "HW_SET_KCUBEMMILOCK": "panel-lock",
     "MOT_SET_KCUBEMMIPARAMS": "panel-parameters",
     "MOT_SET_KCUBETRIGIOCONFIG": "trigger-port-configuration",
     "MOT_SET_KCUBEPOSTRIGPARAMS": "position-trigger-parameters",
