@@ -275,11 +275,15 @@ class _Walk:
             at = (*path, name)
             if name in node.get("properties", ()):
                 self.enter(node["properties"][name], f"{pointer}/properties/{name}", value, at)
-            for pattern, below in node.get("patternProperties", {}).items():
-                if re.search(pattern, name):
-                    where = f"{pointer}/patternProperties/{pattern}"
-                    self.note(f"{where} (key)", at, is_key=True)
-                    self.enter(below, where, value, at)
+            patterns = [p for p in node.get("patternProperties", {}) if re.search(p, name)]
+            for pattern in patterns:
+                below = node["patternProperties"][pattern]
+                where = f"{pointer}/patternProperties/{pattern}"
+                self.note(f"{where} (key)", at, is_key=True)
+                self.enter(below, where, value, at)
+            if name not in node.get("properties", ()) and not patterns:
+                below = node.get("additionalProperties")
+                self.enter(below, f"{pointer}/additionalProperties", value, at)
         for name, below in node.get("dependentSchemas", {}).items():
             if name in data:
                 self.apply(below, f"{pointer}/dependentSchemas/{name}", data, path)

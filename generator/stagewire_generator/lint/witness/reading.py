@@ -107,7 +107,7 @@ def limit(text: str, field: Field) -> int | None:
     if factor and time:
         milliseconds = int(time[1].replace(",", "")) * (1 if time[2] else 1000)
         return int(milliseconds * factor.counts_per_unit)
-    return number(text, field.format.maximum)
+    return number(text, field.format.maximum if field.format.size else 0)  # an array has no size
 
 
 def count(text: str) -> int | str:
