@@ -49,7 +49,6 @@ MESSAGES: Final[Mapping[str, str]] = {
 """Message -> the rule about the values of all its other fields."""
 
 SETS: Final[Mapping[str, str]] = {
-    "HW_SET_KCUBEMMILOCK": "panel-lock",
     "MOT_SET_KCUBEMMIPARAMS": "panel-parameters",
     "MOT_SET_KCUBETRIGIOCONFIG": "trigger-port-configuration",
     "MOT_SET_KCUBEPOSTRIGPARAMS": "position-trigger-parameters",
