@@ -195,7 +195,7 @@ def _transit(trial: Trial, place: Target, channel: int) -> None:
         abs(before["transit_time_adc"] - factor * before["transit_time"] ** exponent)
         <= 2 + before["transit_time_adc"] / 50,
         f"{place.name}: transit_time_adc is {before['transit_time_adc']}; for {before['transit_time']} ms, "
-        f"page 182 gives {factor * before['transit_time'] ** exponent:.0f}",
+        f"page 182 of Issue 37 gives {factor * before['transit_time'] ** exponent:.0f}",
         rule="flipper-transit-counts",
         cause=Cause("MOT_GET_MFF_OPERPARAMS", "transit_time_adc"),
     )
