@@ -1,7 +1,7 @@
 """``flipper`` and ``flipper-time``: a filter flipper moves in its transit time (Issue 37, page 182).
 
 A jog forward goes to one position and a jog reverse to the other; the device decides which (page 86),
-and which status bit shows which. A flipper reports no end of a move, so the check watches the bits of both ends
+and which status bit shows which. A flipper reports no end of a move, so the check watches both bits
 in its status. The document calls the transit time approximate.
 """
 
