@@ -64,6 +64,11 @@ class Registry:
                 return str(overlay["name"])
         return ""
 
+    def order(self, entry: Json) -> tuple[int, int]:
+        """Return the position of an entry with a page in the documents: first that of the protocol."""
+        overlays = [overlay["name"] for overlay in self.document().get("overlays", ())]
+        return ["", *overlays].index(self.overlay_of(entry)), int(entry["page"])
+
     def forms(self, message: str) -> list[str]:
         """Return the forms of a message; empty for an unknown one."""
         return [layout["form"] for layout in self.messages.get(message, {}).get("layouts", ())]

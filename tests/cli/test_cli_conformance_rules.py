@@ -26,6 +26,20 @@ def row(**changes: object) -> Coverage:
     return Coverage(**{**known, **changes})  # type: ignore[arg-type]
 
 
+def test_each_rule_is_cited_with_a_page_that_its_document_has() -> None:
+    """Rules of Issue 37 have pages after the last one of Issue 3."""
+    document = load_protocol("thorlabs_apt").registry()["document"]
+    later = [overlay["document"] for overlay in document["overlays"]]
+    last = {each["name"]: each["pages"] for each in (document, *later) if "pages" in each}
+    where = {each.rule: each.where for each in rules_page.coverage(load_protocol("thorlabs_apt"))}
+    for cited in where.values():
+        name, _, page = cited.partition(", page ")
+        assert 0 < int(page) <= last[name]
+    assert where["flipper-parameters"] == "Issue 37, page 182"
+    assert where["limit-bits-direction"] == "Issue 37, page 126"
+    assert where["header-six-bytes"] == "Issue 3, page 8"
+
+
 @pytest.fixture
 def only(monkeypatch: pytest.MonkeyPatch) -> list[Coverage]:
     """Return an empty list that replaces all rules, to be filled by a test."""

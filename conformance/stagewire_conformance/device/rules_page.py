@@ -49,9 +49,9 @@ def _part(protocol: Protocol) -> str:
     registry = protocol.registry()
     document = registry["document"]
     part = "section" if "sections" in document else "page"
-    of = f" of {document['name']}" if "name" in document else ""
+    heading = "document and page" if "name" in document else part
     table = [
-        f"| {part}{of} | rule | | requirement | checked by, or reason for the waiver |",
+        f"| {heading} | rule | | requirement | checked by, or reason for the waiver |",
         "|---|---|---|---|---|",
     ]
     return "\n".join(
@@ -72,7 +72,7 @@ def _rows(rows: Sequence[Coverage], part: str) -> Iterator[str]:
     for row in rows:
         strength = row.strength + (", host" if row.subject == "host" else "")
         seen = ", ".join(f"`{name}`" for name in row.checks) or _cell(row.waiver)
-        where = row.where.partition(f"{part} ")[2]
+        where = row.where.removeprefix(f"{part} ")
         yield f"| {where} | {row.rule} | {strength} | {_cell(row.states)} | {seen} |"
 
 
@@ -87,7 +87,7 @@ def _cell(text: str) -> str:
 class Coverage:
     """A rule, and the checks that verify it.
 
-    :param where: the page or section of the document.
+    :param where: the document, if there are several, and its page or section.
     :param strength: ``must`` or ``should``.
     :param subject: the side that the rule binds: ``controller`` or ``host``.
     :param states: the requirement, in our own words.
@@ -114,7 +114,7 @@ class Coverage:
 
 
 def coverage(protocol: Protocol) -> tuple[Coverage, ...]:
-    """Return all rules of a protocol with their checks, in the order of the document.
+    """Return all rules of a protocol with their checks, in the order of the documents.
 
     A kind counts only if one of its checks for some unit covers the rule.
     """
@@ -123,7 +123,7 @@ def coverage(protocol: Protocol) -> tuple[Coverage, ...]:
     return tuple(
         Coverage(
             rule=name,
-            where=registry.where((entry["page"],)),
+            where=registry.where((entry["page"],), registry.overlay_of(entry)),
             strength=entry["strength"],
             subject=entry["subject"],
             states=entry["states"],
@@ -131,7 +131,7 @@ def coverage(protocol: Protocol) -> tuple[Coverage, ...]:
             waiver=entry["waiver"],
         )
         for name, entry in sorted(
-            known_rules(registry).items(), key=lambda item: (item[1]["page"], item[0])
+            known_rules(registry).items(), key=lambda item: (registry.order(item[1]), item[0])
         )
     )
 

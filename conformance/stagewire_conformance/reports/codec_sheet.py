@@ -115,7 +115,9 @@ def _messages(protocols: Sequence[Protocol]) -> Iterator[Message]:
             yield Message(
                 name=name,
                 places=tuple(
-                    PageReference(protocol.name, page, registry.where((page,)))
+                    PageReference(
+                        protocol.name, page, registry.where((page,), registry.overlay_of(entry))
+                    )
                     for page in entry["pages"]
                 ),
                 errata=tuple(entry["errata"]),

@@ -192,7 +192,7 @@ def sheet_of(
         messages=tuple(
             Message(
                 name=name,
-                places=places(registry, entry["pages"]),
+                places=places(registry, entry["pages"], registry.overlay_of(entry)),
                 errata=tuple(entry["errata"]),
                 unsupported=declared.unsupported.get(name, ""),
             )
@@ -217,10 +217,15 @@ def sheet_of_execution(execution: Execution) -> Sheet:
     return replace(sheet, interrupted=execution.interrupted)
 
 
-def places(registry: Registry, pages: Iterable[int]) -> tuple[PageReference, ...]:
-    """Return pages or sections of the document, with their names."""
+def places(
+    registry: Registry, pages: Iterable[int], overlay: str = ""
+) -> tuple[PageReference, ...]:
+    """Return pages or sections of a document, with their names.
+
+    :param overlay: the overlay whose document has these pages; empty for that of the protocol.
+    """
     protocol = registry.data["protocol"]
-    return tuple(PageReference(protocol, page, registry.where((page,))) for page in pages)
+    return tuple(PageReference(protocol, page, registry.where((page,), overlay)) for page in pages)
 
 
 def _document(registry: Registry) -> str:
@@ -344,10 +349,10 @@ def _root_causes(outcome: Outcome) -> str:
 
 
 def _rules(registry: Registry, listed: frozenset[str]) -> Iterator[Rule]:
-    """Yield the rules that can concern a unit with these messages, in the order of the document."""
+    """Yield the rules that can concern a unit with these messages, in the order of the documents."""
     found = [rule for rule in registry.data["rules"] if _concerns(rule, listed)]
-    for rule in sorted(found, key=lambda rule: rule["page"]):
-        (place,) = places(registry, (rule["page"],))
+    for rule in sorted(found, key=registry.order):
+        (place,) = places(registry, (rule["page"],), registry.overlay_of(rule))
         yield Rule(
             id=rule["id"],
             place=place,
@@ -375,7 +380,7 @@ def _errata(registry: Registry, listed: frozenset[str]) -> Iterator[Erratum]:
         if name in named:
             yield Erratum(
                 id=name,
-                places=places(registry, entry["pages"]),
+                places=places(registry, entry["pages"], registry.overlay_of(entry)),
                 subject=entry["subject"],
                 printed=entry["printed"],
                 encoded=entry["encoded"],

@@ -54,11 +54,15 @@ def needs_text(check: Check) -> str:
 def pages_text(plan: Plan, check: Check) -> str:
     """Return the pages of the document about the messages of a check, or otherwise about its rules."""
     registry = plan.declared.registry
-    found = {page for name in check.messages for page in registry.messages[name]["pages"]}
+    messages = (registry.messages[name] for name in check.messages)
+    found = {(page, registry.overlay_of(entry)) for entry in messages for page in entry["pages"]}
     if not found:
-        rules = {rule["id"]: rule["page"] for rule in registry.data["rules"]}
-        found = {rules[name] for name in check.rules if name in rules}
-    return where(places(registry, sorted(found)))
+        rules = {rule["id"]: rule for rule in registry.data["rules"]}
+        named = (rules[name] for name in check.rules if name in rules)
+        found = {(rule["page"], registry.overlay_of(rule)) for rule in named}
+    return where(
+        sorted(place for page, overlay in found for place in places(registry, (page,), overlay))
+    )
 
 
 def ending(report: Report) -> Iterator[str]:

@@ -170,18 +170,32 @@ class Group:
         return Counter(case.grade for case in self.cases)
 
 
-@dataclass(frozen=True, order=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class PageReference:
     """A page or section of a document.
 
     :param protocol: the protocol of the document.
     :param number: of the page or section.
-    :param name: such as ``page 30``.
+    :param name: such as ``page 30``, or ``Issue 37, page 58`` if the protocol has several documents.
     """
 
     protocol: str
     number: int
     name: str
+
+    @property
+    def document(self) -> str:
+        """The name of the document; empty if the protocol has only one."""
+        document, found, _ = self.name.partition(", page ")
+        return document if found else ""
+
+    def __lt__(self, other: PageReference) -> bool:
+        """Return whether it comes first: by protocol, document and number."""
+        return self._order < other._order
+
+    @property
+    def _order(self) -> tuple[str, str, int, str]:
+        return self.protocol, self.document, self.number, self.name
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -195,11 +195,11 @@ def numbers(counts: Mapping[Grade, int]) -> str:
 
 
 def where(places: Iterable[PageReference]) -> str:
-    """Return references to a document in short form: ``page 9, 30``."""
+    """Return references to documents in short form: ``page 9, 30``, or with the name of each document."""
     kinds: dict[str, list[str]] = {}
     for place in places:
-        kind, _, name = place.name.partition(" ")
-        kinds.setdefault(kind, []).append(name)
+        kind, _, name = place.name.removeprefix(place.document).lstrip(", ").partition(" ")
+        kinds.setdefault(", ".join(filter(None, (place.document, kind))), []).append(name)
     return "; ".join(f"{kind} {', '.join(names)}".strip() for kind, names in kinds.items())
 
 

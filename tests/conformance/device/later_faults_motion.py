@@ -89,6 +89,22 @@ def toggles() -> LinkFault:
     return LinkFault(to_controller=of(_JOG, change))
 
 
+def moves_again() -> LinkFault:
+    """Leave the position for a while when a jog goes to the present position."""
+    last, left = [0], [0]
+
+    def jog(raw: bytes) -> bytes:
+        left[0] = 10 if raw[3] == last[0] else left[0]
+        last[0] = raw[3]
+        return raw
+
+    def show(raw: bytes) -> bytes:
+        left[0] = max(0, left[0] - 1)
+        return without(8, 3)(raw) if left[0] else raw
+
+    return LinkFault(of(_BITS, show), of(_JOG, jog))
+
+
 def after(event: str, names: str, change: Change) -> Callable[[], LinkFault]:
     """Change messages from the controller after one of them has been sent."""
 
@@ -134,6 +150,8 @@ MOTION = (
       "MFF102", takes(_JOG, byte(3, 2)), _FLIP, "flipper-positions"),
     F("Each jog moves a flipper to the other position",
       "MFF101", toggles, _FLIP, "flipper-positions"),
+    F("A flipper moves again when it is jogged to its present position",
+      "MFF101", moves_again, _FLIP, "flipper-positions"),
     F("A flipper shows both positions",
       "MFF101", says(_BITS, with_bits(8, 3)), _FLIP, "flipper-position-bits"),
     F("A flipper shows no position",

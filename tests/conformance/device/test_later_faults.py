@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from apt_runs import Bench, faulty_link
 from later_benches import laboratory
-from later_faults import LaterFault, LinkFault
+from later_faults import LaterFault, LinkFault, byte, of
 from later_faults_bytes import BYTES
 from later_faults_motion import MOTION
 
@@ -29,6 +29,10 @@ FAMILIES = (
     "KDC101", "KST101", "KST201", "K10CR1", "LTS150", "LTS300", "MLJ050", "BSC201", "BSC203", "KBD101",
     "TBD001", "BBD202", "BBD302", "MFF101", "MFF102", "KSC101",
 )  # fmt: skip
+
+
+_EXCHANGED = {0: 0, 1: 2, 2: 1, 3: 3}
+"""The bits of both positions of a flipper -> the same bits exchanged."""
 
 
 def run_with(on: Bench, fault: LinkFault, kinds: tuple[str, ...] = ()) -> Report:
@@ -68,6 +72,19 @@ def test_a_fault_is_found_by_the_right_rule(unit: str, fault: LaterFault) -> Non
     report = run_with(laboratory(unit), fault.make(), fault.kinds)
     assert fault.rule in rules_named(report), findings(report)
     assert len(findings(report)) <= 3
+
+
+@pytest.mark.parametrize(
+    "mirrored",
+    [
+        LinkFault(to_controller=of("MOT_MOVE_JOG", lambda raw: byte(3, 3 - raw[3])(raw))),
+        LinkFault(of("MOT_GET_STATUSBITS", lambda raw: byte(8, _EXCHANGED[raw[8] & 3])(raw))),
+    ],
+    ids=["jogs", "bits"],
+)
+def test_a_flipper_may_have_its_positions_the_other_way_round(mirrored: LinkFault) -> None:
+    """Page 86 of Issue 37 leaves the direction of a jog to the device."""
+    assert not findings(run_with(laboratory("MFF101"), mirrored, ("flipper", "flipper-time")))
 
 
 @pytest.mark.matrix

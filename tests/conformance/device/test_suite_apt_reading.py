@@ -245,6 +245,15 @@ def test_a_controller_that_never_falls_silent_is_found() -> None:
     assert "times without MOT_ACK_DCSTATUSUPDATE and did not stop" in words_of(outcome)
 
 
+def test_a_unit_whose_printed_lists_omit_the_keep_alive_may_do_without() -> None:
+    """Page 13 of Issue 37 lists no MOT_ACK_DCSTATUSUPDATE for the KST101; page 9 does for the KDC101."""
+    for unit, result in (("KST101", Result.INFO), ("KDC101", Result.FAIL)):
+        controller = getattr(stagewire_virtual, unit)(line="rs232")
+        (outcome,) = outcomes(SteppedLink(controller), declare(unit), ["keep-alive"])
+        assert outcome.result is result
+        assert ("lists of the messages" in words_of(outcome)) == (unit == "KST101")
+
+
 def test_rare_updates_are_not_mistaken_for_silence() -> None:
     """Updates arrive once per second; fifty of them take longer than the check waits."""
     numbers = itertools.count(1)

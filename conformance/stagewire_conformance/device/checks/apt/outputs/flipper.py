@@ -1,7 +1,8 @@
 """``flipper`` and ``flipper-time``: a filter flipper moves in its transit time (Issue 37, page 182).
 
-A jog forward goes to one position and a jog reverse to the other. A flipper reports no end of a move, so the
-check watches the bits of the two ends in its status. The document calls the transit time approximate.
+A jog forward goes to one position and a jog reverse to the other; the device decides which (page 86),
+and which status bit shows which. A flipper reports no end of a move, so the check watches both bits
+in its status. The document calls the transit time approximate.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ _MESSAGES: Final = (
 _JOG: Final = Cause("MOT_MOVE_JOG", EFFECT)
 _TICK: Final = 0.02
 """Seconds between two looks at the status."""
+_STILL: Final = 0.1
+"""Seconds in which a flipper leaves its position after a jog."""
 _LATE: Final = 1.5
 """Seconds after the transit time at which a flipper should be at its position."""
 _SHARE: Final = 4
@@ -63,6 +66,9 @@ class _Flipper:
 
     def __init__(self, trial: Trial, place: Target, channel: int) -> None:
         self.trial, self.place, self.channel = trial, place, channel
+        self.mirrored: bool | None = (
+            None  # whether a jog forward goes to the position of the reverse bit
+        )
         sets = parameter_sets(trial.declared, place)
         self.placed = PlacedSet(
             place, channel, next(one for one in sets if one.name == _PARAMETERS)
@@ -81,8 +87,38 @@ class _Flipper:
         )
         return ends
 
+    def jog(self, to: MoveDirection) -> None:
+        """Send the jog to the position of a status bit."""
+        way = _other(to) if self.mirrored else to
+        self.trial.line.send(m.MotMoveJog(self.channel, way), self.place.address)
+
+    def _learn(self, to: MoveDirection) -> None:
+        """Find out which jog has no effect at the present position: that is the one that goes there."""
+        at = _other(to)
+        self.mirrored = False
+        self.jog(at)
+        if not self.stays() and self.at() is to:
+            self.mirrored = True
+            self.jog(at)
+            self.trial.need(
+                not self.stays() and self.at() is at,
+                f"MOT_MOVE_JOG moved {self.place.name} to its {to.name.lower()} position in both directions",
+                rule="flipper-positions",
+                cause=_JOG,
+            )
+
+    def stays(self) -> bool:
+        """Return whether the status shows the same ends for a while."""
+        ends, line = self.ends(), self.trial.line
+        limit = line.now + _STILL
+        while line.now < limit:
+            line.pause(_TICK)
+            if self.ends() != ends or ends == (False, False):
+                return False
+        return True
+
     def at(self) -> MoveDirection:
-        """Return its position; the check ends if it has none."""
+        """Return its position by the status bits; the check ends if it has none."""
         line, limit = self.trial.line, self.trial.line.now + _LONGEST / 1000 + _LATE
         while line.now < limit:
             match self.ends():
@@ -102,8 +138,10 @@ class _Flipper:
     def move(self, to: MoveDirection, transit: float) -> float | None:
         """Move to the other position, and return how long that took; None if that was not seen."""
         trial, line = self.trial, self.trial.line
-        line.send(m.MotMoveJog(self.channel, to), self.place.address)
+        if self.mirrored is None:
+            self._learn(to)
         start = line.now
+        self.jog(to)
         left = False
         while line.now < start + 2 * transit + _LATE:
             line.pause(_TICK)
@@ -120,8 +158,8 @@ class _Flipper:
                 return took if seen else None
         trial.must(
             False,
-            f"MOT_MOVE_JOG {to.name} did not move {self.place.name} to its position: its status still "
-            f"shows {'no position' if ends == (False, False) else 'the other one'}",
+            f"MOT_MOVE_JOG did not move {self.place.name} to its {to.name.lower()} position: its status "
+            f"still shows {'no position' if ends == (False, False) else 'the other one'}",
             rule="flipper-positions",
             cause=_JOG,
         )
@@ -134,7 +172,7 @@ class _Flipper:
         )
 
     def _return(self, to: MoveDirection, transit: float) -> None:
-        self.trial.line.send(m.MotMoveJog(self.channel, to), self.place.address)
+        self.jog(to)
         self.trial.line.pause(transit + _LATE)
 
 
@@ -159,12 +197,11 @@ def _positions(trial: Trial, place: Target, channel: int) -> None:
         if took is None:
             return
         _judge_time(trial, place, took, transit)
-        line = trial.line
-        line.send(m.MotMoveJog(channel, to), place.address)
-        line.pause(_TICK)
+        flipper.jog(to)
+        trial.line.pause(_TICK)
         trial.must(
-            flipper.at() is to,
-            f"MOT_MOVE_JOG {to.name} moved {place.name} away from this position",
+            flipper.ends() != (False, False) and flipper.at() is to,
+            f"a second MOT_MOVE_JOG to the position of {place.name} moved it again",
             rule="flipper-positions",
             cause=_JOG,
         )
@@ -195,7 +232,7 @@ def _transit(trial: Trial, place: Target, channel: int) -> None:
         abs(before["transit_time_adc"] - factor * before["transit_time"] ** exponent)
         <= 2 + before["transit_time_adc"] / 50,
         f"{place.name}: transit_time_adc is {before['transit_time_adc']}; for {before['transit_time']} ms, "
-        f"page 182 gives {factor * before['transit_time'] ** exponent:.0f}",
+        f"page 182 of Issue 37 gives {factor * before['transit_time'] ** exponent:.0f}",
         rule="flipper-transit-counts",
         cause=Cause("MOT_GET_MFF_OPERPARAMS", "transit_time_adc"),
     )
