@@ -248,7 +248,8 @@ def quantities(spec: Spec, names: list[str]) -> None:
 
 def stages(spec: Spec, names: list[str]) -> None:
     known = spec.files["tiny/stages.yaml"]["stages"]
-    known |= dict.fromkeys(names, known["Slide"])
+    copy = {key: value for key, value in known["Slide"].items() if key != "ids"}
+    known |= dict.fromkeys(names, copy)
     for unit in spec.files["tiny/units.yaml"]["units"].values():
         unit["stages"] = [*unit["stages"], *(name for name in names if name not in unit["stages"])]
 

@@ -40,6 +40,7 @@ UNDECIDED = {"MPZ601": {"piezo-position", "piezo-zero"}}
 """Kinds that cannot run, because the document does not define the status bits of the unit."""
 SLOW = {
     "CR1_Z6": {"backlash", "move-absolute", "profile"},
+    "CR1_Z7": {"backlash", "move-absolute", "profile"},
     "FW103": {"backlash", "disabled", "limits"},
     "GNL10_Z6": {"backlash", "profile"},
     "GNL18_Z6": {"backlash"},
