@@ -162,7 +162,7 @@ MOTION = (
     F("A flipper reports the end of a jog",
       "MFF101", says(_BITS, jog_answered), _FLIP, "flipper-reports-no-end"),
     F("The transit time is ignored",
-      "MFF101", other_value("MOT_SET_MFF_OPERPARAMS", 8, 0.5), _TIME, "flipper-transit-time"),
+      "MFF101", other_value("MOT_SET_MFF_OPERPARAMS", 8, 0.65), _TIME, "flipper-transit-time"),
     F("The transit time is taken twice",
       "MFF102", other_value("MOT_SET_MFF_OPERPARAMS", 8, 2), _TIME, "flipper-transit-time"),
     F("The transit time in counts is 0",
