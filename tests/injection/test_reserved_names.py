@@ -283,7 +283,9 @@ def lists(spec: Spec, names: list[str]) -> None:
     data = spec.files["tiny/units.yaml"]
     for number, name in enumerate(names):
         data["units"][f"L{number}"] = _without_stages(data)
-        data["lists"][name] = {**data["lists"]["TP1"], "units": [f"L{number}"]}
+        listed = data["lists"]["TP1"]
+        messages = [*listed["messages"], "POS_PLACE"]  # the family reports its stage in it
+        data["lists"][name] = {**listed, "messages": messages, "units": [f"L{number}"]}
 
 
 # Names in a command protocol
