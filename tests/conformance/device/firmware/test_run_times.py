@@ -23,8 +23,6 @@ from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
 from wrapped_links import WrappedLink
 
-SHORT_JOGS = {"LTS150"}
-"""Controllers whose jogs take less time than the plan announces for all controllers."""
 LONGEST = 30.0
 """Seconds that a motion may take."""
 LATE = 2.0
@@ -47,7 +45,7 @@ def test_the_announced_time_is_right(name: str) -> None:
     took = link.clock() - began
     assert not report.unfinished
     assert took <= 150
-    assert plan_of(on).seconds == pytest.approx(took, rel=0.25 if name in SHORT_JOGS else 0.2)
+    assert plan_of(on).seconds == pytest.approx(took, rel=0.2)
 
 
 class Timed(WrappedLink):

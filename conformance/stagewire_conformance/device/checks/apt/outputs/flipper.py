@@ -185,7 +185,7 @@ def _other(at: MoveDirection) -> MoveDirection:
     "MOT_MOVE_JOG moves {output} to each of its positions",
     messages=_MESSAGES,
     does="moves the flipper to its other position and back",
-    seconds=8,
+    seconds=3.5,
 )
 def _positions(trial: Trial, place: Target, channel: int) -> None:
     flipper = _Flipper(trial, place, channel)
@@ -221,7 +221,7 @@ def _positions(trial: Trial, place: Target, channel: int) -> None:
     messages=_MESSAGES,
     does="makes the flipper slower, moves it to its other position and back, and restores the "
     "transit time",
-    seconds=12,
+    seconds=4,
 )
 def _transit(trial: Trial, place: Target, channel: int) -> None:
     flipper = _Flipper(trial, place, channel)
