@@ -194,8 +194,10 @@ class Units:
             return f"0x{addresses['motherboard']['value']:02X}; bays {bays}"
         if unit["address"] == "bay":
             return f"its bay, from 0x{first:02X}"
-        text = f"0x{addresses[unit['address']]['value']:02X}"
-        others = [f"0x{value:02X}" for value in unit.get("also_at", {}).get("addresses", ())]
+        own, found = addresses[unit["address"]]["value"], unit.get("also_at", {})
+        used = found.get("preferred", own)
+        text = f"0x{used:02X}"
+        others = [f"0x{value:02X}" for value in (own, *found.get("addresses", ())) if value != used]
         return f"{text} (also {', '.join(others)})" if others else text
 
     def stages(self) -> list[Stage]:

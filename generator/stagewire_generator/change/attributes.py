@@ -177,7 +177,11 @@ _UNITS = Data(
         "units/*/built_in": Names("unit-stages", "stage"),
         "units/*/reports_ends_after": Names("motion-need", "message"),
         "units/*/serial_digits": "unit-prefix",
-        "units/*/also_at/addresses": "unit-also-at",
+        **{
+            f"{owner}/*/also_at/{key}": "unit-also-at"
+            for owner in ("units", "families")
+            for key in ("addresses", "preferred")
+        },
         "units/*/update_rate_hz": "unit-rate",
         "units/*/baud_rates/values": "unit-baud-rates",
         "units/*/keep_alive": Names("unit-keep-alive", "message"),
@@ -186,7 +190,6 @@ _UNITS = Data(
         **dict.fromkeys(("families/*/title", "families/*/note"), "text"),
         "families/*/messages": Names("list-messages", "message"),
         "families/*/like": "list-messages",
-        "families/*/also_at/addresses": "unit-also-at",
         "families/*/reports_stage/field": "stage-id",
         "families/*/reports_stage/page": "page",
         **{f"families/*/positions/{key}": "motion-target" for key in _POSITIONS},

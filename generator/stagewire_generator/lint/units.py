@@ -223,6 +223,10 @@ class _Rules:
                 if address == known["generic_usb"]["value"]:
                     what = f"{address:#04x} is already the address of a unit with its own USB node"
                     self.refuse("SW082", at, what, "remove it, or correct it")
+            found = entry.get("also_at", {})
+            if "preferred" in found and found["preferred"] not in found["addresses"]:
+                what = f"{found['preferred']:#04x} is not one of the `addresses`"
+                self.refuse("SW082", (section, name, "also_at", "preferred"), what)
         for path, address in named.items():
             if address not in framing["devices"]:
                 what = f"{address:#04x} is not one of the `devices` of the framing"

@@ -175,10 +175,14 @@ def addresses_of(protocol: FramedProtocol, known: Sequence[Known] = ()) -> tuple
     one does not answer.
     """
     own, rack = _address(protocol, "generic_usb"), _address(protocol, "motherboard")
-    kinds = {known_one.facts["address"] for known_one in known if known_one.facts}
-    if kinds and "generic_usb" not in kinds:
+    units = [facts for known_one in known if (facts := known_one.facts)]
+    if not units:
+        return (own, rack)
+    alone = [facts for facts in units if facts["address"] == "generic_usb"]
+    if not alone:
         return (rack,)
-    return (own,) if kinds else (own, rack)
+    preferred = {facts.get("also_at", {}).get("preferred", own) for facts in alone}
+    return (preferred.pop() if len(preferred) == 1 else own,)
 
 
 def _address(protocol: FramedProtocol, name: str) -> int:

@@ -187,23 +187,26 @@ class TestWrongAddress:
             assert all("_SET_" not in one for one, _ in got)
 
     @pytest.mark.parametrize(
-        ("cls", "others"), [(BSC201, "0x11 or 0x21"), (TBD001, "0x11 or 0x21")]
+        ("cls", "own", "others"),
+        [(BSC201, 0x50, "0x11 or 0x21"), (TBD001, 0x21, "0x50 or 0x11")],
     )
     def test_silence_names_the_other_addresses_but_nothing_is_sent_there(
-        self, cls: Any, others: str
+        self, cls: Any, own: int, others: str
     ) -> None:
         line = RecordingLink(getattr(virtual, cls.unit.name)())
         line.twist = lambda data: b""
-        with pytest.raises(ReplyTimeoutError, match=f"Only 0x50 was asked.*at {others}: pass"):
+        with pytest.raises(
+            ReplyTimeoutError, match=f"Only {own:#04x} was asked.*at {others}: pass"
+        ):
             cls.open(line, timeout=0.1)
-        assert {dest for _, dest in sent(line)} == {0x50}
+        assert {dest for _, dest in sent(line)} == {own}
 
     def test_another_address_is_an_explicit_choice(self) -> None:
         line = RecordingLink(virtual.TBD001())
         line.twist = lambda data: b""
-        with pytest.raises(ReplyTimeoutError, match=r"Only 0x21 was asked.*at 0x50 or 0x11"):
-            TBD001.open(line, address=0x21, timeout=0.1)
-        assert {dest for _, dest in sent(line)} == {0x21}
+        with pytest.raises(ReplyTimeoutError, match=r"Only 0x50 was asked.*at 0x21 or 0x11"):
+            TBD001.open(line, address=0x50, timeout=0.1)
+        assert {dest for _, dest in sent(line)} == {0x50}
 
     def test_a_rack_is_not_asked_by_a_guess(self, monkeypatch: pytest.MonkeyPatch) -> None:
         with virtual.BSC103(serial_number=70000001).tcp() as served:

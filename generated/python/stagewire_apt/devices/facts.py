@@ -4996,6 +4996,7 @@ UNITS: dict[str, Unit] = {
         messages_from="the printed list, Issue 37, page 16",
         kind="generic_usb",
         address=0x50,
+        also_at=(0x11, 0x21),
         channels=1,
         messages=_BSC10X_BSC20X,
         family="benchtop_stepper_2006",
@@ -5045,7 +5046,6 @@ UNITS: dict[str, Unit] = {
             "NanoMax_600_Roll",
             "NanoMax_600_Yaw",
         ),
-        also_at=(0x11, 0x21),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
@@ -6237,12 +6237,12 @@ UNITS: dict[str, Unit] = {
         messages_from="the printed list, Issue 37, page 20",
         kind="generic_usb",
         address=0x50,
+        also_at=(0x11,),
         channels=1,
         messages=_MFF101_MFF102,
         family="filter_flipper",
         usb_prefix=37,
         prefixes=(37,),
-        also_at=(0x11,),
         moving={m.MotGetStatusBits: ("status_bits", 0x000002F0)},
         status_query=t.MOT_STATUS_BITS,
         hindrances={m.MotGetStatusBits: ("status_bits", _DC_STATUS_BITS_HINDRANCES)},
@@ -6270,12 +6270,12 @@ UNITS: dict[str, Unit] = {
         messages_from="the printed list, Issue 37, page 20",
         kind="generic_usb",
         address=0x50,
+        also_at=(0x11,),
         channels=1,
         messages=_MFF101_MFF102,
         family="filter_flipper",
         usb_prefix=37,
         prefixes=(37,),
-        also_at=(0x11,),
         moving={m.MotGetStatusBits: ("status_bits", 0x000002F0)},
         status_query=t.MOT_STATUS_BITS,
         hindrances={m.MotGetStatusBits: ("status_bits", _DC_STATUS_BITS_HINDRANCES)},
@@ -6888,7 +6888,8 @@ UNITS: dict[str, Unit] = {
         page=61,
         messages_from="the printed list, Issue 37, page 21",
         kind="generic_usb",
-        address=0x50,
+        address=0x21,
+        also_at=(0x50, 0x11),
         channels=1,
         messages=_BBDXXX_TBD001_KBD101,
         family="brushless_tcube",
@@ -6919,7 +6920,6 @@ UNITS: dict[str, Unit] = {
         ),
         pause_ms=50,
         pause_source="as for the other T-Cubes, for which public drivers wait 3 to 200 ms",
-        also_at=(0x11, 0x21),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -6993,6 +6993,7 @@ UNITS: dict[str, Unit] = {
         messages_from="the printed list, Issue 37, page 8",
         kind="generic_usb",
         address=0x50,
+        also_at=(0x11, 0x21),
         channels=1,
         messages=_TDC001_KDC101,
         family="dc_servo_cube",
@@ -7053,7 +7054,6 @@ UNITS: dict[str, Unit] = {
             "chosen between the 3 and 200 ms that public drivers wait; a T-Cube homed immediately"
             " after being enabled has locked up"
         ),
-        also_at=(0x11, 0x21),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedDc: ("status_bits", 0x000002F0),
@@ -7127,6 +7127,7 @@ UNITS: dict[str, Unit] = {
         messages_from="the printed list, Issue 3, page 133",
         kind="generic_usb",
         address=0x50,
+        also_at=(0x11, 0x21),
         channels=1,
         messages=_TPZ001,
         family="piezo_cube",
@@ -7139,7 +7140,6 @@ UNITS: dict[str, Unit] = {
             "chosen between the 3 and 200 ms that public drivers wait; a T-Cube homed immediately"
             " after being enabled has locked up"
         ),
-        also_at=(0x11, 0x21),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "display_brightness",
@@ -7165,6 +7165,7 @@ UNITS: dict[str, Unit] = {
         messages_from="the printed list, Issue 3, page 138",
         kind="generic_usb",
         address=0x50,
+        also_at=(0x11, 0x21),
         channels=1,
         messages=_TSC001,
         family="solenoid_cube",
@@ -7177,7 +7178,6 @@ UNITS: dict[str, Unit] = {
             "chosen between the 3 and 200 ms that public drivers wait; a T-Cube homed immediately"
             " after being enabled has locked up"
         ),
-        also_at=(0x11, 0x21),
         moving={
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
             m.MotGetStatusUpdate: ("status_bits", 0x000002F0),
@@ -7212,6 +7212,7 @@ UNITS: dict[str, Unit] = {
         messages_from="the printed list, Issue 3, page 134",
         kind="generic_usb",
         address=0x50,
+        also_at=(0x11, 0x21),
         channels=1,
         messages=_TSG001,
         family="strain_gauge_cube",
@@ -7225,7 +7226,6 @@ UNITS: dict[str, Unit] = {
             "chosen between the 3 and 200 ms that public drivers wait; a T-Cube homed immediately"
             " after being enabled has locked up"
         ),
-        also_at=(0x11, 0x21),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "display_brightness",
@@ -7248,6 +7248,7 @@ UNITS: dict[str, Unit] = {
         ),
         kind="generic_usb",
         address=0x50,
+        also_at=(0x11, 0x21),
         channels=1,
         messages=_CUBE_STEPPER,
         family="cube_stepper",
@@ -7288,7 +7289,6 @@ UNITS: dict[str, Unit] = {
             "chosen between the 3 and 200 ms that public drivers wait; a T-Cube homed immediately"
             " after being enabled has locked up"
         ),
-        also_at=(0x11, 0x21),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),
@@ -7366,6 +7366,7 @@ UNITS: dict[str, Unit] = {
         messages_from="the printed lists, Issue 37, pages 13, 14",
         kind="generic_usb",
         address=0x50,
+        also_at=(0x11, 0x21),
         channels=1,
         messages=_TST001_TST101_KST101_K10CR1_AND_TST101_KST101,
         family="cube_stepper",
@@ -7406,7 +7407,6 @@ UNITS: dict[str, Unit] = {
             "chosen between the 3 and 200 ms that public drivers wait; a T-Cube homed immediately"
             " after being enabled has locked up"
         ),
-        also_at=(0x11, 0x21),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
             m.MotMoveCompletedStepper: ("status_bits", 0x000002F0),

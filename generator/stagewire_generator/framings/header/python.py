@@ -316,7 +316,16 @@ def _addresses(protocol: Protocol, entry: Json) -> Iterator[Source]:
     kind = entry.get("address", "generic_usb")
     yield f"kind={literal(kind)}"
     own = known.get("generic_usb" if kind == "generic_usb" else "motherboard")
-    yield f"address=0x{own['value'] if own else protocol.framing['devices'][0]:02X}"
+    address = own["value"] if own else protocol.framing["devices"][0]
+    family = protocol.units.get("families", {}).get(entry.get("family"), {})
+    found = entry.get("also_at", family.get("also_at", {}))
+    others = found.get("addresses", [])
+    if "preferred" in found:
+        others = [address, *(other for other in others if other != found["preferred"])]
+        address = found["preferred"]
+    yield f"address=0x{address:02X}"
+    if others:
+        yield Nested("also_at=(", tuple(f"0x{other:02X}" for other in others), ")")
     if kind != "generic_usb" and "bays" in known:
         first, last = known["bays"]["first"], known["bays"]["last"]
         count = entry.get("bays", last - first + 1)

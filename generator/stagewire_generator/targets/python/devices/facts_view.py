@@ -346,9 +346,6 @@ def _unit(
             f"pause_ms={family['pause']['ms']}",
             Text("pause_source=", family["pause"]["source"]),
         ]
-    if found := entry.get("also_at", family.get("also_at")):
-        also = tuple(f"0x{address:02X}" for address in found["addresses"])
-        items.append(Nested("also_at=(", also, ")"))
     items += _moving(protocol, unit, tables)
     items += hindrance_entries(protocol, unit, tables)
     items += need_entries(protocol, unit, tables)
