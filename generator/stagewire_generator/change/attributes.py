@@ -136,6 +136,7 @@ _TIME = ("set", "field", "counts", "factor", "exponent")
 _WITH_SOURCE = ("units/*/hardware_type", "units/*/sends/*", "units/*/also_at", "units/*/baud_rates",
                 "families/*/reports_stage", "families/*/also_at", "families/*/pause",
                 "families/*/positions")  # fmt: skip
+_ALSO_AT = ("addresses", "preferred")
 _POSITIONS = ("move", "argument", "values", "read", "bits", *map("time/{}".format, _TIME))
 _HINDERS = Data({"cause": "hindrance", "when": "hindrance", "limit": "hindrance"})
 _CALL = Data({"name": "call", "defaults/*": Entries("field", "call-default", "call-default")})
@@ -167,9 +168,7 @@ _UNITS = Data(
         "units/*/address": "unit-address",
         "units/*/channels": "unit-channels",
         "units/*/bays": "unit-channels",
-        "units/*/family": "unit-messages",
-        "units/*/list": "unit-messages",
-        "units/*/more_lists": "unit-messages",
+        **{f"units/*/{key}": "unit-messages" for key in ("family", "list", "more_lists")},
         "units/*/status": "unit-status",
         "units/*/contexts/*": Sequence("unit-context"),
         "units/*/stages": Names("unit-stages", "stage"),
@@ -177,11 +176,7 @@ _UNITS = Data(
         "units/*/built_in": Names("unit-stages", "stage"),
         "units/*/reports_ends_after": Names("motion-need", "message"),
         "units/*/serial_digits": "unit-prefix",
-        **{
-            f"{owner}/*/also_at/{key}": "unit-also-at"
-            for owner in ("units", "families")
-            for key in ("addresses", "preferred")
-        },
+        **{f"units/*/also_at/{key}": "unit-also-at" for key in _ALSO_AT},
         "units/*/update_rate_hz": "unit-rate",
         "units/*/baud_rates/values": "unit-baud-rates",
         "units/*/keep_alive": Names("unit-keep-alive", "message"),
@@ -190,6 +185,7 @@ _UNITS = Data(
         **dict.fromkeys(("families/*/title", "families/*/note"), "text"),
         "families/*/messages": Names("list-messages", "message"),
         "families/*/like": "list-messages",
+        **{f"families/*/also_at/{key}": "unit-also-at" for key in _ALSO_AT},
         "families/*/reports_stage/field": "stage-id",
         "families/*/reports_stage/page": "page",
         **{f"families/*/positions/{key}": "motion-target" for key in _POSITIONS},
