@@ -210,7 +210,11 @@ def _reported_unit(link: Link) -> str:
         protocol = load_protocol(name)
         if not isinstance(protocol, FramedProtocol) or facts_of(protocol).identity is None:
             continue
-        of_address = {unit.address: unit.name for unit in facts_of(protocol).units.values()}
+        units = facts_of(protocol).units.values()
+        bays = {
+            bay for unit in units for bay in unit.bays
+        }  # in a rack, the card there would answer
+        of_address = {unit.address: unit.name for unit in units if unit.address not in bays}
         for address, some in sorted(of_address.items(), reverse=True):
             line = AptLine(link, declare(some), Permissions())
             asked.append(f"{address:#04x}")

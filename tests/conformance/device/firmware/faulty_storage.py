@@ -66,7 +66,7 @@ def _saving_spoils(draw: Draw) -> tuple[Firmware, str]:
     saving = draw.one_of(*_SAVING)
     setting = a_setting(draw, NUMBERS, lambda s: entry(s.set)["effect"] == "settings")
     whole = draw.present(setting.asked).renamed(setting.set).to(setting.asked.place.address)
-    spoilt = whole.coming_from(1).with_(setting.name, setting.present + 1)
+    spoilt = whole.coming_from(1).with_(setting.name, setting.present ^ 1)
 
     class Spoils(Firmware):
         def takes(self, frame: Frame) -> None:
