@@ -64,7 +64,7 @@ def test_a_program_that_ends_stops_its_motions(world: str, end: str, policy: str
                 program.send_signal(signal.SIGTERM)
             assert program.wait(20) == ENDS[end]
         until = time.monotonic() + 10
-        while tdc.link.connected and time.monotonic() < until:
+        while (not heard or tdc.link.connected) and time.monotonic() < until:
             time.sleep(0.005)
         said = b"".join(heard)
     assert said.startswith(MOVE_HOME)
