@@ -32,7 +32,7 @@ WORDS: Final = (
     (r"\b__aenter__\b", "__enter__"),
     (r"\b__aexit__\b", "__exit__"),
     (r"\bopen_async_link\b", "open_link"),
-    (r"\bOpening\[Self\]", "Self"),
+    (r"\bOpening\[D\]", "D"),
     (r"\basynchronous(?=[ .`_])", "synchronous"),
     (r"\bAsync(Locks|Link|Closing|Iterator|FramedSession|CommandSession|Session)\b", r"\1"),
     (r"\bAsyncSubscription\b", "BlockingSubscription"),

@@ -22,7 +22,7 @@ from stagewire._framings.header.table import End
 from stagewire._lazy import lazy
 from stagewire.errors import StagewireError
 
-TYPE_CHECKING = False  # importing typing would double the import time
+TYPE_CHECKING: bool = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from stagewire.discovery import discover as discover
     from stagewire.discovery import open as open
@@ -51,8 +51,10 @@ __all__ = [
 __version__ = "0.1.0"
 
 if not TYPE_CHECKING:  # otherwise type checkers would accept any name
-    __getattr__ = lazy(
-        __name__, {"quantities": "Scale Stage UnknownScale", "discovery": "discover open"}
+    __getattr__, __dir__ = lazy(
+        __name__,
+        {"quantities": "Scale Stage UnknownScale", "discovery": "discover open"},
+        "capture columns devices discovery errors framing links protocols quantities sessions support",
     )
 
 _deprecated.install()

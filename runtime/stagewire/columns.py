@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from stagewire._lazy import lazy
 
-TYPE_CHECKING = False
+TYPE_CHECKING: bool = False
 if TYPE_CHECKING:
     from stagewire._columns.arrays import Column, columns, numpy_columns
     from stagewire._columns.shape import Field, Kind, Shape, shape_of
@@ -44,7 +44,7 @@ __all__ = [
 __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
 
 if not TYPE_CHECKING:  # otherwise type checkers would accept any name
-    __getattr__ = lazy(
+    __getattr__, __dir__ = lazy(
         __name__,
         {
             "_columns.shape": "Field Field=Place Kind Shape shape_of",

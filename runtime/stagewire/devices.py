@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from stagewire._lazy import lazy
 
-TYPE_CHECKING = False
+TYPE_CHECKING: bool = False
 if TYPE_CHECKING:
     from stagewire._devices.asynchronous.devices import Device as AsyncDevice
     from stagewire._devices.asynchronous.parts import Motion as AsyncMotion
@@ -46,7 +46,7 @@ __all__ = [
 __path__: list[str] = []  # 0.1 had modules below this name; see stagewire._deprecated
 
 if not TYPE_CHECKING:  # otherwise type checkers would accept any name
-    __getattr__ = lazy(
+    __getattr__, __dir__ = lazy(
         __name__,
         {
             "_devices.synchronous.devices": "Device",

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from stagewire._lazy import lazy
 
-TYPE_CHECKING = False
+TYPE_CHECKING: bool = False
 if TYPE_CHECKING:
     from stagewire._discovery.diagnosis import Diagnosis, Verdict, diagnose_computer, diagnose_line
     from stagewire._discovery.opening import device_class, model_option, open, unit_at
@@ -39,7 +39,7 @@ __all__ = [
 __path__: list[str] = []  # 0.1 had modules below this name; see stagewire._deprecated
 
 if not TYPE_CHECKING:  # otherwise type checkers would accept any name
-    __getattr__ = lazy(
+    __getattr__, __dir__ = lazy(
         __name__,
         {
             "_discovery.ports": "Port",

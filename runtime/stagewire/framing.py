@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from stagewire._lazy import lazy
 
-TYPE_CHECKING = False
+TYPE_CHECKING: bool = False
 if TYPE_CHECKING:
     from stagewire._codec.events import Event, Garbage, join_garbage
     from stagewire._framings.header.frame import (
@@ -70,7 +70,7 @@ __all__ = [
 __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
 
 if not TYPE_CHECKING:  # otherwise type checkers would accept any name
-    __getattr__ = lazy(
+    __getattr__, __dir__ = lazy(
         __name__,
         {
             "_codec.events": "Event Garbage join_garbage",

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from stagewire._lazy import lazy
 
-TYPE_CHECKING = False
+TYPE_CHECKING: bool = False
 if TYPE_CHECKING:
     from stagewire._links.link import AsyncClosing, AsyncLink, Closing, Link, LinkSettings
     from stagewire._links.opening import open_async_link, open_link
@@ -27,7 +27,7 @@ __all__ = [
 __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
 
 if not TYPE_CHECKING:  # otherwise type checkers would accept any name
-    __getattr__ = lazy(
+    __getattr__, __dir__ = lazy(
         __name__,
         {
             "_links.link": "AsyncClosing AsyncLink Closing Link LinkSettings LinkSettings=LineSettings",

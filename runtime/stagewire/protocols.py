@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from stagewire._lazy import lazy
 
-TYPE_CHECKING = False
+TYPE_CHECKING: bool = False
 if TYPE_CHECKING:
     from stagewire._codec.flags import Bit, Enumeration, Flags
     from stagewire._codec.message import Direction, Layout, Message
@@ -77,7 +77,7 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:  # otherwise type checkers would accept any name
-    __getattr__ = lazy(
+    __getattr__, __dir__ = lazy(
         __name__,
         {
             "_codec.protocol": "Protocol available_protocols load_protocol usable_protocols",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from stagewire._lazy import lazy
 
-TYPE_CHECKING = False
+TYPE_CHECKING: bool = False
 if TYPE_CHECKING:
     from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
     from stagewire._sessions.commands import CommandCore
@@ -37,7 +37,7 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:  # otherwise type checkers would accept any name
-    __getattr__ = lazy(
+    __getattr__, __dir__ = lazy(
         __name__,
         {
             "_sessions.options": "Ends SessionOptions",

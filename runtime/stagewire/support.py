@@ -13,7 +13,7 @@ from __future__ import annotations
 from stagewire._lazy import lazy
 from stagewire.errors import SupportVersionError
 
-TYPE_CHECKING = False
+TYPE_CHECKING: bool = False
 if TYPE_CHECKING:
     from typing import Final
 
@@ -222,7 +222,7 @@ VERSION: Final = 1
 """The version of this module."""
 
 if not TYPE_CHECKING:  # otherwise type checkers would accept any name
-    __getattr__ = lazy(
+    __getattr__, __dir__ = lazy(
         __name__,
         {
             "_codec.message": "Direction Layout Message check_bytes check_integer check_text",

@@ -34,6 +34,19 @@ def test_the_public_names_are_listed(module: str) -> None:
 
 
 @pytest.mark.parametrize("module", NAMES)
+def test_dir_lists_the_public_names(module: str) -> None:
+    listed = dir(importlib.import_module(module))
+    assert set(NAMES[module]) <= set(listed)
+
+
+def test_dir_of_the_package_lists_its_public_modules() -> None:
+    modules = {name.removeprefix("stagewire.") for name in NAMES.keys() - {"stagewire"}}
+    assert set(dir(stagewire)) == modules | set(NAMES["stagewire"])
+    for name in modules:
+        assert getattr(stagewire, name) is importlib.import_module(f"stagewire.{name}")
+
+
+@pytest.mark.parametrize("module", NAMES)
 def test_every_public_module_has_a_docstring(module: str) -> None:
     assert importlib.import_module(module).__doc__
 
@@ -65,7 +78,7 @@ def test_renamed_classes_keep_their_old_names() -> None:
 
 def test_a_lazy_name_can_have_another_name_in_its_module(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(quantities, "Rate", None, raising=False)
-    load = _lazy.lazy("stagewire.quantities", {"quantities": "Scale=Rate Stage"})
+    load, _ = _lazy.lazy("stagewire.quantities", {"quantities": "Scale=Rate Stage"})
     assert load("Rate") is quantities.Scale
     assert load("Stage") is quantities.Stage
 

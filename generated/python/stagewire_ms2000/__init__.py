@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from stagewire.support import require as _require
 
-TYPE_CHECKING = False  # for type checkers only: importing the modules is slow
+TYPE_CHECKING: bool = False  # the annotation lets jedi see the names below
 if TYPE_CHECKING:
     from stagewire_ms2000 import aio, devices, enumerations, flags, messages, quantities, stages
     from stagewire_ms2000.devices.units import MFC2000, MS2000
@@ -58,5 +58,5 @@ if not TYPE_CHECKING:
         return value
 
     def __dir__() -> list[str]:
-        """Return all names, including those that are not imported yet."""
-        return sorted({*globals(), *__all__})
+        """Return the public names, including those that are not imported yet."""
+        return sorted(__all__)

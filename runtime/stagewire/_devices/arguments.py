@@ -11,8 +11,9 @@ other values are refused.
 from __future__ import annotations
 
 import operator
-from collections.abc import Mapping
-from functools import reduce
+from collections.abc import Callable, Iterable, Mapping
+from functools import reduce, wraps
+from inspect import Parameter, iscoroutinefunction, signature
 from typing import Any, NoReturn
 
 from stagewire._codec.flags import Enumeration, Flags
@@ -26,6 +27,38 @@ from stagewire.errors import (
     UnknownScaleError,
 )
 from stagewire.quantities import Number, Scale, exact
+
+
+def with_keywords(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a method whose error for wrong arguments lists those that fit."""
+
+    def begin(*given: Any, **named: Any) -> Any:
+        try:
+            return method(*given, **named)
+        except TypeError as error:
+            known = signature(method)
+            try:
+                known.bind(*given, **named)
+            except TypeError as mismatch:
+                reason = mismatch
+            else:
+                raise error
+        raise BadValueError(f"{method.__name__}: {reason}{_fitting(known.parameters.values())}")
+
+    if not iscoroutinefunction(method):
+        return wraps(method)(begin)
+
+    @wraps(method)
+    async def call(*given: Any, **named: Any) -> Any:
+        return await begin(*given, **named)
+
+    return call
+
+
+def _fitting(parameters: Iterable[Parameter]) -> str:
+    _, *others = parameters
+    shown = [f"{one.name}=" if one.kind is Parameter.KEYWORD_ONLY else one.name for one in others]
+    return f" (it takes {', '.join(shown) or 'no arguments'})"
 
 
 def fields_of(

@@ -31,7 +31,7 @@ from stagewire.quantities import (
     stages_of,
 )
 
-__all__ = ["SETTINGS", "Choices", "OpenOptions", "check_guest", "choose"]
+__all__ = ["SETTINGS", "Choices", "Length", "OpenOptions", "check_guest", "choose"]
 
 SETTINGS: Final = {"maximum_volts": "max_volts", "maximum_travel": "max_travel_um"}
 """Setting that ``open`` accepts -> its keyword."""
@@ -40,81 +40,37 @@ Length: TypeAlias = Number | tuple[Number, Number]
 
 
 class OpenOptions(TypedDict, total=False):
-    """The keywords of ``open``; all are optional."""
+    """The keywords of ``open``, for functions that pass them on. :meth:`Device.open` describes them."""
 
     stage: Stage | str | None
-    """Stage on every channel: a :class:`Stage`, or its name in the registry or in the catalogue of the vendor
-    (``MTS25/M-Z8``). The default is the stage that is built into the unit or that the controller reports. It
-    determines the scales; without it only raw counts can be used."""
     scale_source: str | None
-    """Source whose figures are used where the sources for the scales of a stage contradict each other, such
-    as ``document`` or ``vendor``. Without it such scales are unknown."""
     stages: Mapping[Any, Stage | str] | None
-    """Stages by channel number, bay number or name of the axis, if they differ."""
     travel_mm: Length | Mapping[Any, Length] | None
-    """Travel of the stage: from 0 to this value, or ``(low, high)``; or a mapping by channel as in
-    ``stages``. Targets outside are refused. The default limit is the length of the travel in the registry, if
-    known."""
     travel_deg: Length | Mapping[Any, Length] | None
-    """Travel of a rotary stage; otherwise like ``travel_mm``."""
     max_velocity_mm_per_s: Number | Mapping[Any, Number] | None
-    """Maximum velocity; or a mapping by channel as in ``stages``. It replaces the limit of the stage in the
-    registry, and may be higher."""
     max_acceleration_mm_per_s2: Number | Mapping[Any, Number] | None
-    """Maximum acceleration; otherwise like ``max_velocity_mm_per_s``."""
     max_velocity_deg_per_s: Number | Mapping[Any, Number] | None
-    """Maximum velocity of a rotary stage; otherwise like ``max_velocity_mm_per_s``."""
     max_acceleration_deg_per_s2: Number | Mapping[Any, Number] | None
-    """Maximum acceleration of a rotary stage; otherwise like ``max_velocity_mm_per_s``."""
     target_tolerance_mm: Number | None
-    """How far from its target a motion may end, on every channel whose scale is known and in mm. If it ends
-    further away, :class:`~stagewire.errors.TargetNotReachedError` is raised. The default is 0.01 mm, or 500
-    counts if the scale is unknown."""
     target_tolerance_deg: Number | None
-    """The same on every channel with a rotary stage; the default is 0.1 degrees."""
     target_tolerance_counts: int | None
-    """The same in counts on every channel, with or without a known scale; use it without the other two."""
     max_volts: Number | None
-    """Maximum output voltage, if the controller is not asked for it or does not report it."""
     max_travel_um: Number | None
-    """Travel of the actuator, if the controller is not asked for it or does not report it."""
     serial_number: int | None
-    """Expected serial number; opening a controller with a different one fails."""
     model: str | None
-    """Name of a controller that is newer than the document: ``BSC203`` for one that is opened as ``BSC103``.
-    Its scales are used, and opening another controller fails. By default the serial number and the reported
-    model decide."""
     address: int | None
-    """Address of the controller, if it differs from the documented one."""
     baudrate: int | None
-    """Baud rate of a serial port; None: 115200, or 9600 for controllers whose commands have no frame."""
     rtscts: bool | None
-    """Hardware handshake; None: the default of the port."""
     line: Literal["usb", "rs232"]
-    """Type of the line. On ``usb``, the default, keep-alive messages are sent to controllers that need
-    them."""
     timeout: float
-    """Timeout of a call in seconds; the default is 1.0."""
     motion_timeout: float
-    """Timeout of a motion in seconds; the default is 60.0."""
     pacing: float | None
-    """Pause after a message without a reply, in seconds; None: as the unit requires."""
     reconnect_pause: float
-    """Seconds from the loss of a line until ``reconnect()`` sends anything. It must be longer than the
-    controller waits for the rest of a message; the default is 1.5."""
     on_close: Literal["stop", "leave"]
-    """Whether motions started here are stopped or left running when the device is closed or the program ends;
-    the default is ``stop``."""
     background: bool
-    """Whether a background thread reads messages and keeps the controller alive; the default is True. Ignored
-    in asyncio."""
     identify: bool
-    """Whether to ask the controller for its identity and for the settings that its scales depend on; the
-    default is True. If False, the scales are those of ``model``, or else of the class."""
     log: str | Path | None
-    """File for a capture of both directions."""
     refuse_prefix_bytes: bool
-    """Whether to refuse values whose bytes look like a setup command (command protocols only)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,18 +125,14 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
     Raise :class:`~stagewire.errors.BadValueError`, and :class:`~stagewire.errors.UnknownScaleError` for a
     stage that is not known on this unit.
     """
-    unknown = given.keys() - OpenOptions.__annotations__.keys()
-    if unknown:
-        known = ", ".join(OpenOptions.__annotations__)
-        raise BadValueError(f"unknown option {', '.join(sorted(unknown))} of open (choose {known})")
     _check_useful(facts, unit, given)
     stage = given.get("stage")
     if stage is None and not given.get("stages"):
         stage = unit.built_in
     named = by_name("stages", given.get("stages"), stage, names)
     stages = {name: _stage(facts, unit, stage) for name, stage in named.items()}
-    line = _one_of("line", given.get("line", "usb"), ("usb", "rs232"))
-    on_close = _one_of("on_close", given.get("on_close", "stop"), ("stop", "leave"))
+    line = _one_of("line", given["line"], ("usb", "rs232"))
+    on_close = _one_of("on_close", given["on_close"], ("stop", "leave"))
     return Choices(
         stages=stages,
         chose_stage=given.get("stage") is not None or bool(given.get("stages")),
@@ -199,15 +151,15 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
         baudrate=given.get("baudrate"),
         rtscts=given.get("rtscts"),
         usb=line == "usb",
-        timeout=given.get("timeout", 1.0),
-        motion_timeout=given.get("motion_timeout", 60.0),
+        timeout=given["timeout"],
+        motion_timeout=given["motion_timeout"],
         pacing=given.get("pacing"),
-        reconnect_pause=_pause(given.get("reconnect_pause", 1.5)),
+        reconnect_pause=_pause(given["reconnect_pause"]),
         stop_on_close=on_close == "stop",
-        background=given.get("background", True),
-        identify=given.get("identify", True),
+        background=given["background"],
+        identify=given["identify"],
         log=given.get("log"),
-        refuse_prefix_bytes=given.get("refuse_prefix_bytes", False),
+        refuse_prefix_bytes=given["refuse_prefix_bytes"],
     )
 
 
@@ -224,7 +176,7 @@ def check_guest(unit: Unit, given: OpenOptions, owner: str) -> None:
             "one rack share a line"
         )
     for option in ("baudrate", "rtscts", "pacing", "background", "log"):
-        if option in given:
+        if given.get(option) not in (None, True):
             raise BadValueError(f"{option}: the line was opened by {owner}; set this option there")
 
 
@@ -246,7 +198,7 @@ def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
         return
     if isinstance(wanted, bool) or not isinstance(wanted, int):
         raise BadValueError(f"serial_number must be an integer, not {wanted!r}")
-    if facts.identity is None or not given.get("identify", True):
+    if facts.identity is None or not given["identify"]:
         why = "is not asked for it" if facts.identity else "cannot report it"
         raise BadValueError(
             f"serial_number cannot be checked, because the controller {why}; leave it out"

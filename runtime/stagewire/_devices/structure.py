@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Final, Generic, TypeVar
+from types import FunctionType
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, Never, TypeVar
 
 from stagewire._codec.flags import Enumeration
 from stagewire._codec.message import Message
-from stagewire._devices.arguments import number_of
+from stagewire._devices.arguments import number_of, with_keywords
 from stagewire._devices.connection import Connection
 from stagewire._devices.endpoint import CONTROLLER, Endpoint
 from stagewire._devices.identity import check_number, described_identity
@@ -25,8 +26,32 @@ _KINDS: Final = {"rack": ("bay", "bays"), "line": ("axis", "axes")}
 class PartBase:
     """Part of a device that has calls: the device itself, a bay, a channel or an axis."""
 
+    _parts: ClassVar[tuple[str, str]] = ("", "")
+    """Attribute with the class of the parts that this one has, and a call that returns one of them."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        for name, value in tuple(vars(cls).items()):
+            if name.startswith("_"):
+                continue
+            if isinstance(value, FunctionType):
+                setattr(cls, name, with_keywords(value))
+            elif isinstance(value, classmethod):
+                setattr(cls, name, classmethod(with_keywords(value.__func__)))
+
     def __init__(self, at: Endpoint[Any]) -> None:
         self._at = at
+
+    if not TYPE_CHECKING:  # otherwise type checkers would accept any name
+
+        def __getattr__(self, name: str) -> Never:
+            attribute, call = self._parts
+            inside = getattr(type(self), attribute, None)
+            has_it = not name.startswith("_") and hasattr(inside, name)
+            where = f"; use {call}.{name}" if has_it else ""
+            raise AttributeError(
+                f"a {type(self).__name__} has no {name}{where}", name=name, obj=self
+            )
 
     def __repr__(self) -> str:
         return f"<{self._at.name} at {self._at.connection.url}>"
@@ -62,6 +87,9 @@ class DeviceBase(PartBase):
     unit: ClassVar[Unit]
 
     def __init__(self, connection: Connection[Any]) -> None:
+        if not isinstance(connection, Connection):
+            name = type(self).__name__
+            raise BadValueError(f"{name}(…) opens nothing: use {name}.open({connection!r})")
         unit = connection.unit
         channel = 1 if unit.kind in ("generic_usb", "bay") and unit.channels == 1 else None
         super().__init__(Endpoint(connection, connection.addresses[0], channel, unit.name))
@@ -97,6 +125,7 @@ class ChannelsBase(PartBase, Generic[P]):
     """A part with several channels."""
 
     channel_class: type[P]
+    _parts = ("channel_class", "channel(1)")
 
     def __init__(self, at: Any) -> None:
         super().__init__(at)
@@ -128,6 +157,7 @@ class BaysBase(DeviceBase, Generic[P]):
     """A rack: a motherboard, and controllers in bays."""
 
     bay_class: type[P]
+    _parts = ("bay_class", "bay(1)")
 
     def __init__(self, connection: Connection[Any]) -> None:
         super().__init__(connection)
@@ -157,6 +187,7 @@ class AxesBase(DeviceBase, Generic[P]):
     """A controller of axes, whose commands have no frame."""
 
     axis_class: type[P]
+    _parts = ("axis_class", "axis('X')")
 
     def __init__(self, connection: Connection[Any]) -> None:
         super().__init__(connection)
@@ -217,16 +248,22 @@ def url_of(link: object) -> str:
     return url
 
 
-def connect(cls: type[DeviceBase], url: str, given: OpenOptions, bay: int = 1) -> Connection[Any]:
+def connect(
+    cls: type[DeviceBase], url: str, given: OpenOptions, bay: int | None
+) -> Connection[Any]:
     """Return the connection of a controller, before its line is opened.
 
-    :param bay: bay of a module in its rack.
+    :param bay: bay of a module in its rack; None: the first.
 
     Raise the errors of :func:`~stagewire._devices.options.choose`,
     :class:`~stagewire.errors.WrongUnitError` for the serial number of another unit, and
     :class:`~stagewire.errors.OutOfRangeError` for a bay that does not exist.
     """
     facts, unit = cls.facts, cls.unit
+    if bay is None:
+        bay = 1
+    elif unit.kind != "bay":
+        raise BadValueError(f"bay: a {unit.name} is not a module of a rack; leave it out")
     if issubclass(cls, AxesBase):
         places: Mapping[Place, Name] = {
             (axis, None): name for name, axis in commanded(facts).axes.items()

@@ -23,8 +23,9 @@ from stagewire.errors import BadValueError, TransportLostError, UnsupportedError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
+    from typing import Any, Unpack
 
+    from stagewire._devices.options import OpenOptions
     from stagewire._framings.header.protocol import FramedProtocol
 
 
@@ -32,7 +33,13 @@ _VIRTUAL = re.compile(r"virtual://([^?#/]*)", re.IGNORECASE)
 _LINK_OPTIONS = ("baudrate", "rtscts")
 
 
-def open(url: str | None = None, unit: str | None = None, **options: Any) -> Any:
+def open(
+    url: str | None = None,
+    unit: str | None = None,
+    *,
+    bay: int | None = None,
+    **options: Unpack[OpenOptions],
+) -> Any:
     """Open a controller and return its device, like ``TDC001.open(url, **options)`` of its class.
 
     The unit is given by ``unit``, by the name in ``virtual://NAME`` or by the serial number: that of

@@ -62,6 +62,7 @@ def elements(cls: type) -> list[type]:
 
 
 def tables_of_function(function: Any) -> list[Any]:
+    function = inspect.unwrap(function)
     names = [name for name in function.__code__.co_names if name.isupper()]
     return [getattr(function.__globals__["t"], name) for name in names]
 

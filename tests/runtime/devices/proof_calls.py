@@ -123,6 +123,7 @@ def _owner(call: Call) -> str:
 
 def _methods(cls: type) -> Iterator[tuple[str, str, Any]]:
     for name, function in inspect.getmembers(cls, inspect.isfunction):
+        function = inspect.unwrap(function)
         names = function.__code__.co_names
         if name.startswith("_") or not names or names[0] not in KINDS:
             continue

@@ -151,7 +151,11 @@ def test_opening_without_a_controller_times_out() -> None:
 @pytest.mark.parametrize(
     ("options", "error", "text"),
     [
-        ({"lines": "usb"}, BadValueError, "unknown option lines of open"),
+        (
+            {"lines": "usb"},
+            BadValueError,
+            r"open: got an unexpected keyword argument 'lines' \(it takes url, .* line=, ",
+        ),
         ({"line": "tcp"}, BadValueError, "line 'tcp' is not one of usb, rs232"),
         ({"on_close": "halt"}, BadValueError, "on_close 'halt' is not one of stop, leave"),
         ({"stages": {2: "Z8"}}, BadValueError, r"stages: unknown key 2 \(choose 1\)"),

@@ -5,9 +5,10 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, suppress
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, Unpack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, Literal, Self, TypeVar
 
 from stagewire._devices.asynchronous import positions
 from stagewire._devices.asynchronous.handshake import greet, leave, wait_for_timeouts
@@ -20,7 +21,7 @@ from stagewire._devices.asynchronous.transport import (
 from stagewire._devices.endpoint import CONTROLLER
 from stagewire._devices.locks import AsyncLocks
 from stagewire._devices.opening import Opening
-from stagewire._devices.options import OpenOptions, check_guest
+from stagewire._devices.options import Length, OpenOptions, check_guest
 from stagewire._devices.structure import (
     AxesBase,
     BaysBase,
@@ -41,6 +42,7 @@ from stagewire.errors import (
     StagewireError,
     UnsupportedError,
 )
+from stagewire.quantities import Number, Stage
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -52,6 +54,7 @@ if TYPE_CHECKING:
 C = TypeVar("C", bound=Channel)
 B = TypeVar("B", bound=Part)
 X = TypeVar("X", bound=Axis)
+D = TypeVar("D", bound="_Opened")  # editors that use jedi do not complete the members of Self
 
 
 class _Opened(DeviceBase, Part, AsyncClosing):
@@ -66,29 +69,139 @@ class _Opened(DeviceBase, Part, AsyncClosing):
 
     @classmethod
     def open(
-        cls, url: str | AsyncLink | None = None, **options: Unpack[OpenOptions]
-    ) -> Opening[Self]:
+        cls: type[D],
+        url: str | AsyncLink | Device | None = None,
+        *,
+        bay: int | None = None,
+        stage: Stage | str | None = None,
+        scale_source: str | None = None,
+        stages: Mapping[Any, Stage | str] | None = None,
+        travel_mm: Length | Mapping[Any, Length] | None = None,
+        travel_deg: Length | Mapping[Any, Length] | None = None,
+        max_velocity_mm_per_s: Number | Mapping[Any, Number] | None = None,
+        max_acceleration_mm_per_s2: Number | Mapping[Any, Number] | None = None,
+        max_velocity_deg_per_s: Number | Mapping[Any, Number] | None = None,
+        max_acceleration_deg_per_s2: Number | Mapping[Any, Number] | None = None,
+        target_tolerance_mm: Number | None = None,
+        target_tolerance_deg: Number | None = None,
+        target_tolerance_counts: int | None = None,
+        max_volts: Number | None = None,
+        max_travel_um: Number | None = None,
+        serial_number: int | None = None,
+        model: str | None = None,
+        address: int | None = None,
+        baudrate: int | None = None,
+        rtscts: bool | None = None,
+        line: Literal["usb", "rs232"] = "usb",
+        timeout: float = 1.0,
+        motion_timeout: float = 60.0,
+        pacing: float | None = None,
+        reconnect_pause: float = 1.5,
+        on_close: Literal["stop", "leave"] = "stop",
+        background: bool = True,
+        identify: bool = True,
+        log: str | Path | None = None,
+        refuse_prefix_bytes: bool = False,
+    ) -> Opening[D]:
         """Open a line and return the controller on it, to await or to enter. Nothing moves.
 
         ``async with TDC001.open(url) as tdc:`` closes it at the end. After ``tdc = await TDC001.open(url)``,
         call :meth:`close`.
 
         :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``usb://83812345``, ``socket://host:4001`` or
-            ``virtual://TDC001``. If it is left out, the USB port of ``serial_number=`` is opened.
+            ``virtual://TDC001``. If it is left out, the USB port of ``serial_number=`` is opened. For a
+            module of a rack, also another open module, to share its line: closing that module closes the
+            line, closing this one leaves it open.
+        :param bay: bay of a module in its rack, counted from 1, which is also the default: bay 1 is 0x21
+        :param stage: stage on every channel: a :class:`Stage`, or its name in the registry or in the
+            catalogue of the vendor (``MTS25/M-Z8``). The default is the stage that is built into the unit or
+            that the controller reports. It determines the scales; without it only raw counts can be used.
+        :param scale_source: source whose figures are used where the sources for the scales of a stage
+            contradict each other, such as ``document`` or ``vendor``. Without it such scales are unknown.
+        :param stages: stages by channel number, bay number or name of the axis, if they differ
+        :param travel_mm: travel of the stage: from 0 to this value, or ``(low, high)``; or a mapping by
+            channel as in ``stages``. Targets outside are refused. The default limit is the length of the
+            travel in the registry, if known.
+        :param travel_deg: travel of a rotary stage; otherwise like ``travel_mm``
+        :param max_velocity_mm_per_s: maximum velocity; or a mapping by channel as in ``stages``. It replaces
+            the limit of the stage in the registry, and may be higher.
+        :param max_acceleration_mm_per_s2: maximum acceleration; otherwise like ``max_velocity_mm_per_s``
+        :param max_velocity_deg_per_s: maximum velocity of a rotary stage; otherwise like
+            ``max_velocity_mm_per_s``
+        :param max_acceleration_deg_per_s2: maximum acceleration of a rotary stage; otherwise like
+            ``max_velocity_mm_per_s``
+        :param target_tolerance_mm: how far from its target a motion may end, on every channel whose scale is
+            known and in mm. If it ends further away, :class:`~stagewire.errors.TargetNotReachedError` is
+            raised. The default is 0.01 mm, or 500 counts if the scale is unknown.
+        :param target_tolerance_deg: the same on every channel with a rotary stage; the default is 0.1
+            degrees
+        :param target_tolerance_counts: the same in counts on every channel, with or without a known scale;
+            use it without the other two
+        :param max_volts: maximum output voltage, if the controller is not asked for it or does not report it
+        :param max_travel_um: travel of the actuator, if the controller is not asked for it or does not
+            report it
+        :param serial_number: expected serial number; opening a controller with a different one fails
+        :param model: name of a controller that is newer than the document: ``BSC203`` for one that is opened
+            as ``BSC103``. Its scales are used, and opening another controller fails. By default the serial
+            number and the reported model decide.
+        :param address: address of the controller, if it differs from the documented one
+        :param baudrate: baud rate of a serial port; None: 115200, or 9600 for controllers whose commands
+            have no frame
+        :param rtscts: hardware handshake; None: the default of the port
+        :param line: type of the line. On ``usb``, the default, keep-alive messages are sent to controllers
+            that need them.
+        :param timeout: timeout of a call in seconds
+        :param motion_timeout: timeout of a motion in seconds
+        :param pacing: pause after a message without a reply, in seconds; None: as the unit requires
+        :param reconnect_pause: seconds from the loss of a line until ``reconnect()`` sends anything. It must
+            be longer than the controller waits for the rest of a message.
+        :param on_close: whether motions started here are stopped or left running when the device is closed
+            or the program ends
+        :param background: whether a background thread reads messages and keeps the controller alive. Only the
+            classes for threads have one.
+        :param identify: whether to ask the controller for its identity and for the settings that its scales
+            depend on. If False, the scales are those of ``model``, or else of the class.
+        :param log: file for a capture of both directions
+        :param refuse_prefix_bytes: whether to refuse values whose bytes look like a setup command (command
+            protocols only)
 
-        For the options, see :class:`~stagewire.devices.OpenOptions`. Raise
-        :class:`~stagewire.errors.LinkOpenError`, :class:`~stagewire.errors.WrongUnitError`,
-        :class:`~stagewire.errors.ReplyTimeoutError`, :class:`~stagewire.errors.BadValueError` and
-        :class:`~stagewire.errors.UnknownScaleError`.
+        Raise :class:`~stagewire.errors.LinkOpenError`, :class:`~stagewire.errors.WrongUnitError`,
+        :class:`~stagewire.errors.ReplyTimeoutError`, :class:`~stagewire.errors.BadValueError`,
+        :class:`~stagewire.errors.UnknownScaleError`, and :class:`~stagewire.errors.OutOfRangeError` for a bay
+        that does not exist.
         """
-        return cls._open(url, options)
-
-    @classmethod
-    def _open(
-        cls, link: str | AsyncLink | Device | None, options: OpenOptions, bay: int = 1
-    ) -> Opening[Self]:
-        if link is None:
-            link = usb_url(options.get("serial_number"))
+        options = OpenOptions(
+            stage=stage,
+            scale_source=scale_source,
+            stages=stages,
+            travel_mm=travel_mm,
+            travel_deg=travel_deg,
+            max_velocity_mm_per_s=max_velocity_mm_per_s,
+            max_acceleration_mm_per_s2=max_acceleration_mm_per_s2,
+            max_velocity_deg_per_s=max_velocity_deg_per_s,
+            max_acceleration_deg_per_s2=max_acceleration_deg_per_s2,
+            target_tolerance_mm=target_tolerance_mm,
+            target_tolerance_deg=target_tolerance_deg,
+            target_tolerance_counts=target_tolerance_counts,
+            max_volts=max_volts,
+            max_travel_um=max_travel_um,
+            serial_number=serial_number,
+            model=model,
+            address=address,
+            baudrate=baudrate,
+            rtscts=rtscts,
+            line=line,
+            timeout=timeout,
+            motion_timeout=motion_timeout,
+            pacing=pacing,
+            reconnect_pause=reconnect_pause,
+            on_close=on_close,
+            background=background,
+            identify=identify,
+            log=log,
+            refuse_prefix_bytes=refuse_prefix_bytes,
+        )
+        link = usb_url(serial_number) if url is None else url
         if isinstance(link, Device):
             check_guest(cls.unit, options, link.unit.name)
             while isinstance(link._link, Device):  # a guest itself
@@ -134,7 +247,7 @@ class _Opened(DeviceBase, Part, AsyncClosing):
             await self._connect()
             self._opened += 1
 
-    async def __aenter__(self) -> Self:
+    async def __aenter__(self: D) -> D:
         if self.session.closed:
             raise SessionClosedError(
                 f"{self._at.name} at {self.url} was closed: call reconnect(), or open it again"
@@ -270,32 +383,11 @@ class RackDevice(BaysBase[B], Device, Generic[B]):
     """A rack: calls of the device go to the motherboard, calls of a bay to the controller in it."""
 
 
-class _Module(Device):
-    """A controller in a bay of a rack."""
-
-    @classmethod
-    def open(
-        cls,
-        url: str | AsyncLink | Device | None = None,
-        bay: int = 1,
-        **options: Unpack[OpenOptions],
-    ) -> Opening[Self]:
-        """Open a line to a rack and return the controller in a bay, counted from 1: bay 1 is 0x21.
-
-        :param url: as in :meth:`Device.open`; or another open module of the rack, to share its line. Closing
-            that module closes the line; closing this one leaves it open.
-
-        Raise the errors of :meth:`Device.open`, and :class:`~stagewire.errors.OutOfRangeError` for a bay that
-        does not exist.
-        """
-        return cls._open(url, options, bay)
-
-
-class SingleChannelModule(_Module, Channel):
+class SingleChannelModule(Device, Channel):
     """A controller with one channel in a bay of a rack; the device itself is the channel."""
 
 
-class ModuleDevice(ChannelsBase[C], _Module, Generic[C]):
+class ModuleDevice(ChannelsBase[C], Device, Generic[C]):
     """A controller with several channels in a bay of a rack."""
 
 
