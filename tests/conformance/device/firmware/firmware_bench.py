@@ -58,7 +58,7 @@ def _counts(low: int, high: int) -> Range:
     return Range.parse(f"{low}..{high}counts")
 
 
-def _plain(unit: str, motion: int = 100_000) -> Bench:
+def _plain(unit: str, motion: int) -> Bench:
     """Return a unit with only its name declared, which may move from 0 to ``motion`` counts."""
     pics = Pics(unit=unit, timing=Timing(reply_p99_ms=REPLY_MS))
     return Bench(pics, f"0..{motion}counts", getattr(stagewire_virtual, unit))
@@ -126,11 +126,6 @@ _SPECIAL: Mapping[str, Bench] = {
     "TDC001": _on_stage("TDC001", "Z8", "0..12mm", "0..5mm"),
     "BBD102": _on_stage("BBD102", "MLS203", "0..110mm", "0..40mm", bays=2),
     "BBD101": _on_stage("BBD101", "MLS203", "0..110mm", "0..40mm", bays=1),
-    "BBD201": _plain("BBD201", 800_000),
-    "LTS150": _plain("LTS150", 8_000_000),
-    "LTS300": _plain("LTS300", 8_000_000),
-    "MLJ050": _plain("MLJ050", 8_000_000),
-    "MLJ150": _plain("MLJ150", 8_000_000),
     "TST001": _in_counts("TST001"),
     "OST001": _in_counts("OST001"),
     "ODC001": _in_counts("ODC001"),
@@ -142,8 +137,14 @@ _SPECIAL: Mapping[str, Bench] = {
     "MS2000": _ms2000("MS2000"),
     "MFC2000": _ms2000("MFC2000"),
 }
+_FAR = {"BBD201": 800_000, **dict.fromkeys(("LTS150", "LTS300", "MLJ050", "MLJ150"), 8_000_000)}
+"""Unit -> how far it may move in counts, if 100,000 counts are a small part of its travel."""
 BENCHES: Mapping[str, Bench] = {
-    **{unit: _plain(unit) for unit in known_units() if unit not in _SPECIAL},
+    **{
+        unit: _plain(unit, _FAR.get(unit, 100_000))
+        for unit in known_units()
+        if unit not in _SPECIAL
+    },
     **_SPECIAL,
 }
 """Every unit by name, some of them also in another state."""
