@@ -74,6 +74,17 @@ def _is_vast(value: object) -> bool:
     return isinstance(value, int) and value.bit_length() > _LONGEST
 
 
+def _ratio(numerator: Number, denominator: Number) -> Fraction:
+    if (
+        type(numerator) is type(denominator) is int and denominator
+    ):  # of the registry, at each import
+        return Fraction(numerator, denominator)
+    over, under = exact(numerator), exact(denominator)
+    if not under:
+        raise BadValueError(f"a scale of {numerator} / {denominator} is not a number")
+    return over / under
+
+
 def round_half_away(value: Fraction) -> int:
     """Round to the nearest integer, and ties away from zero."""
     magnitude = math.floor(abs(value) + Fraction(1, 2))
@@ -104,17 +115,33 @@ class Scale:
 
     @classmethod
     def counts_per(
-        cls, unit: str, numerator: int, denominator: int = 1, printed: str = "", source: str = ""
+        cls,
+        unit: str,
+        numerator: Number,
+        denominator: Number = 1,
+        printed: str = "",
+        source: str = "",
     ) -> Scale:
-        """Return the scale of ``numerator/denominator`` counts per unit."""
-        return cls(Fraction(numerator, denominator), unit, printed, source)
+        """Return the scale of ``numerator/denominator`` counts per unit.
+
+        A float counts as the decimal that Python prints for it: ``34554.96`` is exactly 34554.96 counts.
+
+        Raise :class:`~stagewire.errors.BadValueError` for a value that is not a number, and for a ratio that
+        is not positive.
+        """
+        return cls(_ratio(numerator, denominator), unit, printed, source)
 
     @classmethod
     def unit_per(
-        cls, unit: str, numerator: int, denominator: int = 1, printed: str = "", source: str = ""
+        cls,
+        unit: str,
+        numerator: Number,
+        denominator: Number = 1,
+        printed: str = "",
+        source: str = "",
     ) -> Scale:
-        """Return the scale of ``numerator/denominator`` units per count."""
-        return cls(Fraction(denominator, numerator), unit, printed, source)
+        """Return the scale of ``numerator/denominator`` units per count, as :meth:`counts_per` does."""
+        return cls(_ratio(denominator, numerator), unit, printed, source)
 
     def to_counts(self, value: Number) -> int:
         """Convert from units to counts: exact factor, nearest integer, ties away from zero.

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stagewire.errors import BadValueError, UnknownScaleError
-from stagewire.quantities import Scale, UnknownScale, exact, round_half_away
+from stagewire.quantities import Number, Scale, UnknownScale, exact, round_half_away
 from stagewire_apt import stages
 
 
@@ -91,6 +91,25 @@ def test_a_factor_can_be_given_in_both_directions() -> None:
     assert Scale.counts_per("percent", 32767, 100).from_counts(32767) == 100
     with pytest.raises(BadValueError):
         Scale(Fraction(0), "mm")
+
+
+@pytest.mark.parametrize(
+    "factor", [34554.96, "34554.96", Decimal("34554.96"), Fraction(863874, 25)]
+)
+def test_a_factor_can_be_any_number(factor: Number) -> None:
+    assert Scale.counts_per("mm", factor).counts_per_unit == Fraction(863874, 25)
+    assert Scale.unit_per("mm", factor).counts_per_unit == Fraction(25, 863874)
+    assert Scale.counts_per("mm", factor, 2) == Scale.counts_per("mm", 863874, 50)
+
+
+@pytest.mark.parametrize(
+    ("over", "under"), [(0, 1), (1, 0), (-1, 1), ("x", 1), (True, 1), (1, 0.0)]
+)
+def test_a_factor_that_is_not_a_positive_number_is_refused(over: Any, under: Any) -> None:
+    with pytest.raises(BadValueError):
+        Scale.counts_per("mm", over, under)
+    with pytest.raises(BadValueError):
+        Scale.unit_per("mm", under, over)
 
 
 @pytest.mark.parametrize("wrong", [True, None, "x", "1/0", float("inf"), [1]])
