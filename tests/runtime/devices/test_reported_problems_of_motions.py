@@ -109,6 +109,14 @@ def test_home_parameters_of_zero_are_refused_in_asyncio() -> None:
     stepped.run(main())
 
 
+def test_a_zero_that_home_does_not_require_is_named_when_it_never_ends() -> None:
+    controller = virtual.KDC101(stage=stages.Z825B, quirks=("zero_motion_parameters",))
+    with KDC101.open(line_to(controller), stage="Z825B") as kdc:
+        kdc.set_home_params(**HOME)
+        with pytest.raises(MotionTimeoutError, match="likely cause: acceleration is 0"):
+            kdc.home(timeout=5)
+
+
 def test_brushless_stages_home_without_direction_and_limit_switch() -> None:
     line = line_to(virtual.BBD102(stage=stages.MLS203))
     with BBD102.open(line, stage="MLS203") as rack:

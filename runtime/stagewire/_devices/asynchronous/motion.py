@@ -310,7 +310,8 @@ async def explained(endpoint: Endpoint, error: Unended, seconds: float) -> Unend
     :param seconds: timeout of the motion.
     """
     deadline = endpoint.deadline(min(seconds * _SHARE, endpoint.seconds(None)))
-    causes: list[str] = []
+    known = endpoint.connection.readiness.faults(endpoint.place)
+    causes = [fault for faults in known.values() for fault in faults]
     told = ""
     for table in endpoint.connection.unit.diagnosis:
         try:
