@@ -126,7 +126,7 @@ def opened(url: str, unit: str | None, *, bay: int | None = None, **options: Any
     with called_wrongly():
         name = unit or unit_at(url, bay=bay)
         device_type, given = device_class(name), {**model_option(name), **given}
-        if bay is not None and "bay" in keywords(device_type.open):
+        if bay is not None and device_type.unit.kind == "bay":
             given["bay"] = bay
         device = device_type.open(url, **given)
     with device, device.low_level() if hasattr(device, "low_level") else nullcontext():

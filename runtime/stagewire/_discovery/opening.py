@@ -52,7 +52,8 @@ def open(
     :param url: a serial port, ``usb://SERIAL_NUMBER``, ``socket://HOST:PORT``, ``virtual://NAME`` or any
         other URL of a link. If it is left out, the USB port of ``serial_number=`` is opened.
     :param unit: name of the unit, such as ``TDC001``.
-    :param options: options of the class, such as ``stage=``, ``travel_mm=`` or ``bay=``.
+    :param bay: bay of a module in its rack, counted from 1.
+    :param options: options of the class, such as ``stage=`` or ``travel_mm=``.
 
     Raise :class:`~stagewire.errors.BadValueError` for an unknown unit,
     :class:`~stagewire.errors.WrongUnitError` if the unit cannot be determined,
@@ -61,8 +62,8 @@ def open(
     """
     if url is None:
         url = usb_url(options.get("serial_number"))
-    name = unit or unit_at(url, **options)
-    return device_class(name).open(url, **{**model_option(name), **options})
+    name = unit or unit_at(url, bay=bay, **options)
+    return device_class(name).open(url, bay=bay, **{**model_option(name), **options})
 
 
 def model_option(name: str) -> dict[str, str]:

@@ -338,7 +338,7 @@ class PositionsDevice(SingleChannelDevice):
     """
 
     @property
-    async def position(self) -> int | None:
+    async def position(self) -> int | None:  # type: ignore[override]  # not a length
         """The position that the controller reports, counted from 1; None if it reports none.
 
         It reports none while it moves. Each access sends a request.

@@ -34,7 +34,7 @@ TOLERANCES: Final = {"mm": Fraction(1, 100), "deg": Fraction(1, 10)}
 TOLERANCE_MM: Final = TOLERANCES["mm"]  # name of 0.1, for one release
 TOLERANCE_COUNTS: Final = 500
 """The same if the scale is unknown: 0.015 mm on the stages with the finest encoders in the document."""
-_HOMED: Final = "homed"
+HOMED: Final = "homed"
 """Name of the status bit of a stage that is homed."""
 _PAUSE: Final = 0.1
 """Seconds between two status requests while the stage still moves."""
@@ -117,7 +117,7 @@ async def _status(endpoint: Endpoint, what: str, deadline: Deadline) -> Values[A
 def _is_homed(status: Values[Any] | None) -> bool:
     """Return whether a status has a bit for a homed stage that is set."""
     for name, value in () if status is None else vars(type(status)).items():
-        if isinstance(value, Bits | BitsByUnit) and _HOMED in getattr(status, name).names:
+        if isinstance(value, Bits | BitsByUnit) and HOMED in getattr(status, name).names:
             return True
     return False
 

@@ -334,7 +334,7 @@ class PositionsDevice(SingleChannelDevice):
     """
 
     @property
-    def position(self) -> int | None:
+    def position(self) -> int | None:  # type: ignore[override]  # not a length
         """The position that the controller reports, counted from 1; None if it reports none.
 
         It reports none while it moves. Each access sends a request.

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar, overload
 from stagewire._codec.events import Event
 from stagewire._devices.event_filter import EventFilter, First, Second, Third
 from stagewire._devices.structure import ChannelsBase, PartBase
-from stagewire._devices.synchronous import calls, defaults, motion, readiness
+from stagewire._devices.synchronous import calls, defaults, motion, readiness, status
 from stagewire._devices.synchronous.transport import Endpoint
 from stagewire._devices.tables import Action, Command, MotionEnd, ParameterSet, Query
 from stagewire._devices.values import Values
@@ -145,6 +145,54 @@ class Channel(Part):
         Raise :class:`~stagewire.errors.UnsupportedError` for a unit that cannot be asked.
         """
         return calls.is_moving(self._at, timeout)
+
+    @property
+    def position(self) -> float:
+        """The position in the unit of the stage: mm, or degrees for a rotary stage.
+
+        Each access sends a request. Axes of the MS2000 have positions in um.
+
+        Raise :class:`~stagewire.errors.UnknownScaleError` if the stage is unknown, and
+        :class:`~stagewire.errors.UnsupportedError` for a unit that reports no position of a motor.
+        """
+        return status.position(self._at)
+
+    @property
+    def position_mm(self) -> float:
+        """The position in mm; otherwise like :attr:`position`. A rotary stage has none in mm."""
+        return status.position(self._at, "mm")
+
+    @property
+    def position_deg(self) -> float:
+        """The position in degrees; otherwise like :attr:`position`. Only rotary stages have one."""
+        return status.position(self._at, "deg")
+
+    @property
+    def position_counts(self) -> int:
+        """The position in counts, for which no scale is required; each access sends a request."""
+        return status.position_counts(self._at)
+
+    def is_homed(self, *, timeout: float | None = None) -> bool:
+        """Ask the controller whether the stage is homed.
+
+        Raise :class:`~stagewire.errors.UnsupportedError` for a unit that does not report it.
+        """
+        return status.is_homed(self._at, timeout)
+
+    def wait_for(self, bit: str, *, on: bool = True, timeout: float | None = None) -> Values[Any]:
+        """Wait until a bit of the status is set, and return the status.
+
+        The status is requested every 50 ms. Nothing moves or stops.
+
+        :param bit: name of the bit, such as ``settled``, ``homed`` or ``moving_forward``.
+        :param on: False: wait until the bit is clear.
+        :param timeout: in seconds; default: the timeout of motions.
+
+        Raise :class:`~stagewire.errors.BadValueError` for an unknown bit,
+        :class:`~stagewire.errors.UnsupportedError` for a unit without status bits, and
+        :class:`~stagewire.errors.MotionTimeoutError`.
+        """
+        return status.wait_for(self._at, bit, timeout, on=on)
 
     def is_enabled(self, *, timeout: float | None = None) -> bool:
         """Ask the controller whether the channel is enabled.
