@@ -7,7 +7,7 @@ logged, shown by ``print(device)``, and refused at the next motion.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -36,7 +36,10 @@ def faults_in(unit: Unit, need: Need, message: Message) -> tuple[str, ...]:
 
     :param message: reply with the parameters, or the message that wrote them.
     """
-    faults = [state.cause for state in _hindrances(unit, need.table, message)]
+    field, states = _hindrances(unit, need.table)
+    faults = [
+        state.cause for state in states if getattr(message, field) & state.mask == state.value
+    ]
     entries = {entry.field: entry for entry in need.table.given}
     for name in need.fields:
         value, entry = getattr(message, name), entries.get(name)
@@ -50,12 +53,9 @@ def faults_in(unit: Unit, need: Need, message: Message) -> tuple[str, ...]:
     return tuple(faults)
 
 
-def _hindrances(unit: Unit, table: ParameterSet[Any], message: Message) -> Iterator[Hindrance]:
-    """Yield the states that hinder a motion, also in a message that writes them."""
-    field, states = unit.hindrances.get(table.get, ("", ())) if table.get else ("", ())
-    for state in states:
-        if getattr(message, field) & state.mask == state.value:
-            yield state
+def _hindrances(unit: Unit, table: ParameterSet[Any]) -> tuple[str, tuple[Hindrance, ...]]:
+    """Return the field that can hinder motions, also in the message that writes it, and its states."""
+    return unit.hindrances.get(table.get, ("", ())) if table.get else ("", ())
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +77,7 @@ class Switch:
 def switch_of(unit: Unit) -> Switch | None:
     """Return the parameter that enables the channels of a unit; None if motions need no such parameter."""
     for need in needs_of(unit):
-        field, states = (
-            unit.hindrances.get(need.table.get, ("", ())) if need.table.get else ("", ())
-        )
+        field, states = _hindrances(unit, need.table)
         off = {state.value for state in states}
         for entry in need.table.given:
             table = entry.choices
