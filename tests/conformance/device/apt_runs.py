@@ -23,6 +23,7 @@ from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
 from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
+from stagewire_virtual.thorlabs_apt.motor.moves import Scales
 
 UNITS = {entry["name"]: entry for entry in PROTOCOL.registry()["units"]}
 
@@ -68,9 +69,6 @@ class Bench:
         return instrument.channel(channel, **where).behaviour
 
 
-_SOURCES = ("vendor", "since_hardware_3")
-
-
 def bench(
     unit: str, stage: str | None = None, seed: int = 0, *, ends: bool = True, **options: Any
 ) -> Bench:
@@ -103,12 +101,10 @@ def _travel_in_counts(unit: str, stage: str, length: int | None = None) -> int:
     fitted = tuple(ChannelPics(number=n, stage=stage) for n in (1, 2))
     place = declare(replace(Pics(unit=unit), channels=fitted)).places[-1]
     scale = place.position_scale(1)
-    if (
-        scale is None
-    ):  # the sources of the scale contradict each other; virtual controllers use these
-        conflict = getattr(stages, stage).scale("position", unit)
-        scale = next(conflict.scales[name] for name in _SOURCES if name in conflict.scales)
-    return int((value if length is None else length) * scale.counts_per_unit)
+    # If the sources of the scale contradict each other, it is that of the virtual controller.
+    counts = scale.counts_per_unit if scale else Scales(getattr(stages, stage), unit).counts_per_mm
+    assert counts is not None  # the suite is run with stages whose scale is known
+    return int((value if length is None else length) * counts)
 
 
 def run_on(
