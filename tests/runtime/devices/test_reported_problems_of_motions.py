@@ -624,6 +624,16 @@ def test_a_flipper_refuses_a_position_and_a_transit_time_that_do_not_exist() -> 
         assert line.raw == b""
 
 
+def test_a_flipper_that_arrives_after_its_timeout_is_not_left_moving() -> None:
+    flipper = MFF101.open(line_to(virtual.MFF101()))
+    with pytest.raises(MotionTimeoutError):
+        flipper.move_to(2, timeout=0.1)
+    flipper.session.pause(1)
+    assert flipper.position == 2
+    flipper.close()
+    assert flipper.left_moving == ()
+
+
 def test_a_flipper_that_does_not_arrive_is_an_error_and_is_not_moved_again() -> None:
     line = line_to(virtual.MFF101())
     with MFF101.open(line) as flipper:

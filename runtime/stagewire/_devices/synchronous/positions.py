@@ -22,7 +22,12 @@ _MARGIN: Final = 2
 
 def position_of(endpoint: Endpoint) -> int | None:
     """Return the reported position, counted from 1; None if the unit reports none, as while it moves."""
-    return _read(endpoint, _positions(endpoint), endpoint.seconds(None))
+    number = _read(endpoint, _positions(endpoint), endpoint.seconds(None))
+    motions = endpoint.connection.motions
+    running = motions.at(endpoint.place)
+    if number is not None and running is not None and not running.just_begun(endpoint.now()):
+        motions.over(endpoint.place, running)  # such as a move that took longer than its timeout
+    return number
 
 
 def move_to(endpoint: Endpoint, position: object, timeout: float | None) -> None:
