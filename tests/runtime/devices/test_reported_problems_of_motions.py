@@ -224,6 +224,19 @@ def test_jog_parameters_of_zero_are_refused() -> None:
         kdc.move_absolute(counts=1000)  # needs other parameters
 
 
+def test_a_silent_bay_does_not_hide_the_state_of_the_others() -> None:
+    controller = virtual.BBD102(stage=stages.MLS203)
+    with BBD102.open(RecordingLink(controller), stage="MLS203") as rack:
+        held = rack.bay(2).get_vel_params().message
+        stopped = m.MotSetVelParams(1, 0, acceleration=held.acceleration, max_velocity=0)
+        rack.session.send(stopped, 0x22)
+    line = line_to(controller)
+    line.twist = lambda data: b"" if data[:2] == b"\x15\x04" and data[5] == 0x21 else data
+    with BBD102.open(line, stage="MLS203") as rack, pytest.raises(NotReadyError) as refused:
+        rack.bay(2).move_absolute(mm=5)
+    assert refused.value.causes == ("max_velocity is 0",)
+
+
 def test_a_controller_that_does_not_answer_about_its_state_is_opened(
     caplog: pytest.LogCaptureFixture,
 ) -> None:

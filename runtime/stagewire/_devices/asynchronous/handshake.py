@@ -86,9 +86,10 @@ async def _ask_stages_and_settings(
 ) -> None:
     """Request from every channel its stage, the settings of its scales, and the state that motions need."""
     tables, unit = _tables(connection), connection.unit
-    reports, needs_state = unit.reports_stage, bool(unit.needs)
-    if not tables and reports is None and not needs_state:
+    reports = unit.reports_stage
+    if not tables and reports is None and not unit.needs:
         return
+    silent: set[int] = set()
     for place in connection.places:
         bay = unit.bays.index(place[0]) if unit.kind == "rack" else None  # 0-based on the wire
         if bay is not None and await _is_empty(connection, own, bay):
@@ -102,8 +103,8 @@ async def _ask_stages_and_settings(
         for table in tables:
             if reports is None or table.req is not reports.query.req:  # asked above
                 await _answer(endpoint, table, "a setting")
-        if needs_state:
-            needs_state = await read_state(endpoint)
+        if unit.needs and place[0] not in silent and not await read_state(endpoint):
+            silent.add(place[0])
     if reports is not None:
         connection.stages_reported()
 
@@ -127,11 +128,13 @@ async def leave(connection: Connection[Transport]) -> None:
     """
     transport, choices = connection.transport, connection.choices
     assert isinstance(transport, FramedTransport)
-    with suppress(StagewireError):  # the line may be lost
-        for address, halt in connection.motions.halts() if choices.stop_on_close else ():
+    for address, halt in connection.motions.halts() if choices.stop_on_close else ():
+        with suppress(StagewireError):  # the others are still stopped
             await transport.halt(halt, None, address, choices.timeout)
-        for address, ending in connection.updating:
+    for address, ending in connection.updating:
+        with suppress(StagewireError):
             await transport.send(ending(), address, choices.timeout)
+    with suppress(StagewireError):  # the line may be closed
         transport.keep_alive(None, connection.addresses)
 
 
