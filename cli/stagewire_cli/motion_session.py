@@ -272,9 +272,11 @@ def _act(
     except KeyboardInterrupt:
         typer.echo(f"interrupted: {_stopped(part)}", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    except MotionTimeoutError:
-        typer.echo(f"the motion took longer than {timeout:g} s: {_stopped(part)}", err=True)
-        raise
+    except MotionTimeoutError as error:
+        causes = f"; likely cause: {'; '.join(error.causes)}" if error.causes else ""
+        outcome = _stopped(part)
+        typer.echo(f"the motion took longer than {timeout:g} s: {outcome}{causes}", err=True)
+        raise typer.Exit(WRONG) from None
     except ControllerFaultError:
         typer.echo(f"the controller reported a fault: {_stopped(part)}", err=True)
         raise

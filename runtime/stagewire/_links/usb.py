@@ -103,7 +103,7 @@ def _absent(there: list[Any]) -> str:
     )
     return (
         f"{shown}. Compare it with the label, check that the controller is "
-        "switched on and plugged in, and run stagewire doctor, which checks the driver"
+        "switched on and plugged in; stagewire doctor without a port checks the driver"
     )
 
 
