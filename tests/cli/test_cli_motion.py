@@ -283,7 +283,7 @@ def test_a_stop_has_its_own_timeout(stagewire: Stagewire, attach: Attach) -> Non
         result = stagewire("move", URL, "--to", "1", "--timeout", "0.3", *Z8)
     assert result.code == 1
     assert "the motion took longer than 0.3 s: stop was sent; it is at 0." in result.err
-    assert "MOT_MOVE_ABSOLUTE" in result.err.splitlines()[-1]
+    assert len(result.err.splitlines()) == 1  # not also that it may still be moving
     assert line.count(STOP) == 1
 
 
