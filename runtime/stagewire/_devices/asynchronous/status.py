@@ -79,7 +79,7 @@ async def wait_for(
     seconds = endpoint.motion_seconds(timeout)
     deadline = endpoint.deadline(seconds)
     while True:
-        status = await _read(endpoint, endpoint.part_of(deadline))
+        status = await _read(endpoint, None)
         bits = list(_bits(status))
         known = [name for flags in bits for name in flags.bits]
         if not known:

@@ -81,7 +81,7 @@ def wait_for(
     seconds = endpoint.motion_seconds(timeout)
     deadline = endpoint.deadline(seconds)
     while True:
-        status = _read(endpoint, endpoint.part_of(deadline))
+        status = _read(endpoint, None)
         bits = list(_bits(status))
         known = [name for flags in bits for name in flags.bits]
         if not known:
