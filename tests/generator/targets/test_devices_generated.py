@@ -54,6 +54,11 @@ def methods(cls: type) -> dict[str, Any]:
     return {name: f for part in parts for name, f in vars(part).items() if inspect.isfunction(f)}
 
 
+def base_of(cls: type) -> str:
+    """Return the name of the class of the runtime from which a generated class is derived."""
+    return next(c.__name__ for c in cls.__mro__ if c.__module__.startswith("stagewire._devices"))
+
+
 def elements(cls: type) -> list[type]:
     """Return a class of a unit and the classes of its bays, channels or axes."""
     names = ("bay_class", "channel_class", "axis_class")
@@ -251,7 +256,7 @@ def test_units_of_user_protocols(
     package = imported(tmp_path)
     found = importlib.import_module(f"{package.__name__}.{side}")
     assert found.__all__ == ["TP1", "TP2", "TP9", "TP2Bay"]
-    bases = {name: getattr(found, name).__mro__[1].__name__ for name in found.__all__}
+    bases = {name: base_of(getattr(found, name)) for name in found.__all__}
     assert bases == {
         "TP1": "SingleChannelDevice", "TP2": "RackDevice", "TP9": "SingleChannelModule", "TP2Bay": "Bay",
     }  # fmt: skip

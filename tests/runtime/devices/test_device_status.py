@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
+import pydoc
+import re
+import textwrap
 from typing import Any
 
 import pytest
@@ -15,6 +19,7 @@ from stagewire.errors import (
     UnknownScaleError,
     UnsupportedError,
 )
+from stagewire.quantities import find_stages
 from stagewire_apt import BSC203, K10CR1, KDC101, MFF101, TDC001, TPZ001, aio, devices, stages
 from stagewire_apt import messages as m
 from stagewire_apt.devices.facts import UNITS
@@ -61,6 +66,32 @@ def test_every_motor_reports_its_position_and_whether_it_is_homed(unit: str) -> 
         assert isinstance(motor.position_counts, int)
         assert motor.is_homed() is False
         assert "homed" not in str(motor.wait_for("homed", on=False))
+
+
+def example_of(unit: str) -> str:
+    """Return the program in the help of a unit."""
+    text = inspect.getdoc(getattr(devices, unit)) or ""
+    lines = [line for line in text.split("::\n", 1)[1].splitlines() if line.startswith("    ")]
+    return textwrap.dedent("\n".join(lines))
+
+
+@pytest.mark.parametrize("unit", MOTORS)
+def test_the_help_of_every_motor_starts_with_a_program_that_works(
+    unit: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code = example_of(unit)
+    named = re.search(r'stage="([^"]+)"', code)
+    given = {"stage": find_stages("stagewire_apt", named[1])[0]} if named else {}
+    link = RecordingLink(getattr(virtual, unit)(**given))
+    exec(code.replace('"COM3"', "link"), {unit: getattr(devices, unit), "link": link})
+    target = 1000 if "counts=1000" in code else 1
+    assert float(capsys.readouterr().out) == pytest.approx(target, rel=1e-3)
+
+
+def test_help_begins_with_the_class_and_not_with_its_mixins() -> None:
+    text = pydoc.render_doc(TDC001, renderer=pydoc.plaintext)
+    assert "\nclass TDC001(_TDC001Calls)\n" in text
+    assert text.index("tdc001.home()") < text.index("CanHome")
 
 
 def test_a_position_is_read_with_one_request() -> None:

@@ -138,7 +138,7 @@ class BBD101Bay(
     """
 
 
-class BBD101(
+class _BBD101Calls(
     RackDevice[BBD101Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -146,7 +146,18 @@ class BBD101(
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
 ):
+    """The calls of a BBD101 for asyncio."""
+
+
+class BBD101(_BBD101Calls):
     """One-channel benchtop brushless DC motor driver for asyncio.
+
+    ::
+
+        async with BBD101.open("COM3", stage="DDSM100") as bbd101:
+            await bbd101.bay(1).home()
+            await bbd101.bay(1).move_absolute(mm=1)
+            print(await bbd101.bay(1).position)
 
     BBD101, Issue 3, page 27. Its messages: those of its family brushless_dc_single: No list is
     printed. Like brushless_dc, except the digital inputs and outputs of the motherboard, which
@@ -205,7 +216,7 @@ class BBD102Bay(
     """
 
 
-class BBD102(
+class _BBD102Calls(
     RackDevice[BBD102Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -215,7 +226,18 @@ class BBD102(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BBD102 for asyncio."""
+
+
+class BBD102(_BBD102Calls):
     """Two-channel benchtop brushless DC motor driver for asyncio.
+
+    ::
+
+        async with BBD102.open("COM3", stage="DDSM100") as bbd102:
+            await bbd102.bay(1).home()
+            await bbd102.bay(1).move_absolute(mm=1)
+            print(await bbd102.bay(1).position)
 
     BBD102, Issue 3, page 27. Its messages: those of its family brushless_dc: No list is printed.
     Assumed: the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the
@@ -276,7 +298,7 @@ class BBD103Bay(
     """
 
 
-class BBD103(
+class _BBD103Calls(
     RackDevice[BBD103Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -286,7 +308,18 @@ class BBD103(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BBD103 for asyncio."""
+
+
+class BBD103(_BBD103Calls):
     """Three-channel benchtop brushless DC motor driver for asyncio.
+
+    ::
+
+        async with BBD103.open("COM3", stage="DDSM100") as bbd103:
+            await bbd103.bay(1).home()
+            await bbd103.bay(1).move_absolute(mm=1)
+            print(await bbd103.bay(1).position)
 
     BBD103, Issue 3, page 27. Its messages: those of its family brushless_dc: No list is printed.
     Assumed: the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the
@@ -348,7 +381,7 @@ class BBD201Bay(
     """
 
 
-class BBD201(
+class _BBD201Calls(
     RackDevice[BBD201Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -356,7 +389,18 @@ class BBD201(
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
 ):
+    """The calls of a BBD201 for asyncio."""
+
+
+class BBD201(_BBD201Calls):
     """One-channel benchtop brushless DC motor driver for asyncio.
+
+    ::
+
+        async with BBD201.open("COM3", stage="DDSM100") as bbd201:
+            await bbd201.bay(1).home()
+            await bbd201.bay(1).move_absolute(mm=1)
+            print(await bbd201.bay(1).position)
 
     BBD201, Issue 3, page 27. Its messages: the printed list, Issue 37, page 21.
 
@@ -414,7 +458,7 @@ class BBD202Bay(
     """
 
 
-class BBD202(
+class _BBD202Calls(
     RackDevice[BBD202Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -424,7 +468,18 @@ class BBD202(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BBD202 for asyncio."""
+
+
+class BBD202(_BBD202Calls):
     """Two-channel benchtop brushless DC motor driver for asyncio.
+
+    ::
+
+        async with BBD202.open("COM3", stage="DDSM100") as bbd202:
+            await bbd202.bay(1).home()
+            await bbd202.bay(1).move_absolute(mm=1)
+            print(await bbd202.bay(1).position)
 
     BBD202, Issue 37, page 61. Its messages: those of its family brushless_dc_20x: The printed list
     of page 21, and two sets of brushless_dc that it omits: the status bits and the digital outputs
@@ -487,7 +542,7 @@ class BBD203Bay(
     """
 
 
-class BBD203(
+class _BBD203Calls(
     RackDevice[BBD203Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -497,7 +552,18 @@ class BBD203(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BBD203 for asyncio."""
+
+
+class BBD203(_BBD203Calls):
     """Three-channel benchtop brushless DC motor driver for asyncio.
+
+    ::
+
+        async with BBD203.open("COM3", stage="DDSM100") as bbd203:
+            await bbd203.bay(1).home()
+            await bbd203.bay(1).move_absolute(mm=1)
+            print(await bbd203.bay(1).position)
 
     BBD203, Issue 37, page 61. Its messages: those of its family brushless_dc_20x: The printed list
     of page 21, and two sets of brushless_dc that it omits: the status bits and the digital outputs
@@ -567,7 +633,7 @@ class BBD301Bay(
     """
 
 
-class BBD301(
+class _BBD301Calls(
     RackDevice[BBD301Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -578,7 +644,18 @@ class BBD301(
     motor.WithMoveSynchParams,
     motor.CanMoveSynchStart,
 ):
+    """The calls of a BBD301 for asyncio."""
+
+
+class BBD301(_BBD301Calls):
     """One-channel benchtop brushless DC motor driver BBD30x for asyncio.
+
+    ::
+
+        async with BBD301.open("COM3", stage="DDSM100") as bbd301:
+            await bbd301.bay(1).home()
+            await bbd301.bay(1).move_absolute(mm=1)
+            print(await bbd301.bay(1).position)
 
     BBD301, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
@@ -644,7 +721,7 @@ class BBD302Bay(
     """
 
 
-class BBD302(
+class _BBD302Calls(
     RackDevice[BBD302Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -655,7 +732,18 @@ class BBD302(
     motor.WithMoveSynchParams,
     motor.CanMoveSynchStart,
 ):
+    """The calls of a BBD302 for asyncio."""
+
+
+class BBD302(_BBD302Calls):
     """Two-channel benchtop brushless DC motor driver BBD30x for asyncio.
+
+    ::
+
+        async with BBD302.open("COM3", stage="DDSM100") as bbd302:
+            await bbd302.bay(1).home()
+            await bbd302.bay(1).move_absolute(mm=1)
+            print(await bbd302.bay(1).position)
 
     BBD302, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
@@ -721,7 +809,7 @@ class BBD303Bay(
     """
 
 
-class BBD303(
+class _BBD303Calls(
     RackDevice[BBD303Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -732,7 +820,18 @@ class BBD303(
     motor.WithMoveSynchParams,
     motor.CanMoveSynchStart,
 ):
+    """The calls of a BBD303 for asyncio."""
+
+
+class BBD303(_BBD303Calls):
     """Three-channel benchtop brushless DC motor driver BBD30x for asyncio.
+
+    ::
+
+        async with BBD303.open("COM3", stage="DDSM100") as bbd303:
+            await bbd303.bay(1).home()
+            await bbd303.bay(1).move_absolute(mm=1)
+            print(await bbd303.bay(1).position)
 
     BBD303, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
@@ -747,7 +846,7 @@ class BBD303(
     bay_class = BBD303Bay
 
 
-class BMS001(
+class _BMS001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -777,7 +876,18 @@ class BMS001(
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
 ):
+    """The calls of a BMS001 for asyncio."""
+
+
+class BMS001(_BMS001Calls):
     """One-channel benchtop low power stepper driver (legacy) for asyncio.
+
+    ::
+
+        async with BMS001.open("COM3", stage="APT_STEPPER") as bms001:
+            await bms001.home()
+            await bms001.move_absolute(mm=1)
+            print(await bms001.position)
 
     BMS001, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -817,7 +927,7 @@ class BMS002Channel(
     """One channel of a BMS002 for asyncio."""
 
 
-class BMS002(
+class _BMS002Calls(
     ChannelsDevice[BMS002Channel],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -827,7 +937,18 @@ class BMS002(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
+    """The calls of a BMS002 for asyncio."""
+
+
+class BMS002(_BMS002Calls):
     """Two-channel benchtop low power stepper driver (legacy) for asyncio.
+
+    ::
+
+        async with BMS002.open("COM3", stage="APT_STEPPER") as bms002:
+            await bms002.channel(1).home()
+            await bms002.channel(1).move_absolute(mm=1)
+            print(await bms002.channel(1).position)
 
     BMS002, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -842,7 +963,7 @@ class BMS002(
     channel_class = BMS002Channel
 
 
-class BPC001(
+class _BPC001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -864,6 +985,10 @@ class BPC001(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
+    """The calls of a BPC001 for asyncio."""
+
+
+class BPC001(_BPC001Calls):
     """One-channel benchtop piezo driver for asyncio.
 
     BPC001, Issue 3, page 93. Its messages: those of its family benchtop_piezo: No list is printed
@@ -900,13 +1025,17 @@ class BPC002Channel(
     """One channel of a BPC002 for asyncio."""
 
 
-class BPC002(
+class _BPC002Calls(
     ChannelsDevice[BPC002Channel],
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
 ):
+    """The calls of a BPC002 for asyncio."""
+
+
+class BPC002(_BPC002Calls):
     """Two-channel benchtop piezo driver for asyncio.
 
     BPC002, Issue 3, page 93. Its messages: those of its family benchtop_piezo: No list is printed
@@ -923,7 +1052,7 @@ class BPC002(
     channel_class = BPC002Channel
 
 
-class BPC101(
+class _BPC101Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -945,6 +1074,10 @@ class BPC101(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
+    """The calls of a BPC101 for asyncio."""
+
+
+class BPC101(_BPC101Calls):
     """One-channel benchtop piezo driver (since 2006) for asyncio.
 
     BPC101, Issue 3, page 93. Its messages: those of its family benchtop_piezo: No list is printed
@@ -987,7 +1120,7 @@ class BPC102Bay(
     """
 
 
-class BPC102(
+class _BPC102Calls(
     RackDevice[BPC102Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -997,6 +1130,10 @@ class BPC102(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BPC102 for asyncio."""
+
+
+class BPC102(_BPC102Calls):
     """Two-channel benchtop piezo driver (since 2006) for asyncio.
 
     BPC102, Issue 3, page 93. Its messages: the printed list of BPC202, Issue 3, page 131: The
@@ -1039,7 +1176,7 @@ class BPC103Bay(
     """
 
 
-class BPC103(
+class _BPC103Calls(
     RackDevice[BPC103Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1049,6 +1186,10 @@ class BPC103(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BPC103 for asyncio."""
+
+
+class BPC103(_BPC103Calls):
     """Three-channel benchtop piezo driver (since 2006) for asyncio.
 
     BPC103, Issue 3, page 93. Its messages: the printed list of BPC202, Issue 3, page 131: The
@@ -1063,7 +1204,7 @@ class BPC103(
     bay_class = BPC103Bay
 
 
-class BPC201(
+class _BPC201Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1088,6 +1229,10 @@ class BPC201(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
+    """The calls of a BPC201 for asyncio."""
+
+
+class BPC201(_BPC201Calls):
     """One-channel benchtop piezo driver (since 2007) for asyncio.
 
     BPC201, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
@@ -1129,7 +1274,7 @@ class BPC202Bay(
     """
 
 
-class BPC202(
+class _BPC202Calls(
     RackDevice[BPC202Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1139,6 +1284,10 @@ class BPC202(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BPC202 for asyncio."""
+
+
+class BPC202(_BPC202Calls):
     """Two-channel benchtop piezo driver (since 2007) for asyncio.
 
     BPC202, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
@@ -1179,7 +1328,7 @@ class BPC203Bay(
     """
 
 
-class BPC203(
+class _BPC203Calls(
     RackDevice[BPC203Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1189,6 +1338,10 @@ class BPC203(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BPC203 for asyncio."""
+
+
+class BPC203(_BPC203Calls):
     """Three-channel benchtop piezo driver (since 2007) for asyncio.
 
     BPC203, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
@@ -1202,7 +1355,7 @@ class BPC203(
     bay_class = BPC203Bay
 
 
-class BPC301(
+class _BPC301Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1229,6 +1382,10 @@ class BPC301(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
+    """The calls of a BPC301 for asyncio."""
+
+
+class BPC301(_BPC301Calls):
     """One-channel benchtop piezo driver (since 2011) for asyncio.
 
     BPC301, Issue 3, page 93. Its messages: the printed list, Issue 3, page 132.
@@ -1241,7 +1398,7 @@ class BPC301(
     unit = UNITS["BPC301"]
 
 
-class BSC001(
+class _BSC001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1271,7 +1428,18 @@ class BSC001(
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
 ):
+    """The calls of a BSC001 for asyncio."""
+
+
+class BSC001(_BSC001Calls):
     """One-channel benchtop stepper driver (legacy) for asyncio.
+
+    ::
+
+        async with BSC001.open("COM3", stage="DRV001") as bsc001:
+            await bsc001.home()
+            await bsc001.move_absolute(mm=1)
+            print(await bsc001.position)
 
     BSC001, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -1311,7 +1479,7 @@ class BSC002Channel(
     """One channel of a BSC002 for asyncio."""
 
 
-class BSC002(
+class _BSC002Calls(
     ChannelsDevice[BSC002Channel],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1321,7 +1489,18 @@ class BSC002(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
+    """The calls of a BSC002 for asyncio."""
+
+
+class BSC002(_BSC002Calls):
     """Two-channel benchtop stepper driver (legacy) for asyncio.
+
+    ::
+
+        async with BSC002.open("COM3", stage="DRV001") as bsc002:
+            await bsc002.channel(1).home()
+            await bsc002.channel(1).move_absolute(mm=1)
+            print(await bsc002.channel(1).position)
 
     BSC002, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -1336,7 +1515,7 @@ class BSC002(
     channel_class = BSC002Channel
 
 
-class BSC101(
+class _BSC101Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1371,7 +1550,18 @@ class BSC101(
     motor.WithMotEepromParams,
     motor.WithTrigger,
 ):
+    """The calls of a BSC101 for asyncio."""
+
+
+class BSC101(_BSC101Calls):
     """One-channel benchtop stepper driver (since 2006) for asyncio.
+
+    ::
+
+        async with BSC101.open("COM3", stage="DRV001") as bsc101:
+            await bsc101.home()
+            await bsc101.move_absolute(mm=1)
+            print(await bsc101.position)
 
     BSC101, Issue 37, page 61. Its messages: those of its family benchtop_stepper_2006: For the
     BSC101: the printed list of page 16, without MOT_KCUBEKSTLOOPPARAMS, which page 148 restricts to
@@ -1425,7 +1615,7 @@ class BSC102Bay(
     """
 
 
-class BSC102(
+class _BSC102Calls(
     RackDevice[BSC102Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1435,7 +1625,18 @@ class BSC102(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BSC102 for asyncio."""
+
+
+class BSC102(_BSC102Calls):
     """Two-channel benchtop stepper driver (since 2006) for asyncio.
+
+    ::
+
+        async with BSC102.open("COM3", stage="DRV001") as bsc102:
+            await bsc102.bay(1).home()
+            await bsc102.bay(1).move_absolute(mm=1)
+            print(await bsc102.bay(1).position)
 
     BSC102, Issue 3, page 27. Its messages: those of its family card_slot_stepper: No list is
     printed. Like benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10
@@ -1490,7 +1691,7 @@ class BSC103Bay(
     """
 
 
-class BSC103(
+class _BSC103Calls(
     RackDevice[BSC103Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1500,7 +1701,18 @@ class BSC103(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BSC103 for asyncio."""
+
+
+class BSC103(_BSC103Calls):
     """Three-channel benchtop stepper driver (since 2006) for asyncio.
+
+    ::
+
+        async with BSC103.open("COM3", stage="DRV001") as bsc103:
+            await bsc103.bay(1).home()
+            await bsc103.bay(1).move_absolute(mm=1)
+            print(await bsc103.bay(1).position)
 
     BSC103, Issue 3, page 27. Its messages: those of its family card_slot_stepper: No list is
     printed. Like benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10
@@ -1514,7 +1726,7 @@ class BSC103(
     bay_class = BSC103Bay
 
 
-class BSC201(
+class _BSC201Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1550,7 +1762,18 @@ class BSC201(
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
+    """The calls of a BSC201 for asyncio."""
+
+
+class BSC201(_BSC201Calls):
     """One-channel benchtop stepper driver (since 2012) for asyncio.
+
+    ::
+
+        async with BSC201.open("COM3", stage="DRV001") as bsc201:
+            await bsc201.home()
+            await bsc201.move_absolute(mm=1)
+            print(await bsc201.position)
 
     BSC201, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
@@ -1608,7 +1831,7 @@ class BSC202Bay(
     """
 
 
-class BSC202(
+class _BSC202Calls(
     RackDevice[BSC202Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1616,7 +1839,18 @@ class BSC202(
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
 ):
+    """The calls of a BSC202 for asyncio."""
+
+
+class BSC202(_BSC202Calls):
     """Two-channel benchtop stepper driver (since 2012) for asyncio.
+
+    ::
+
+        async with BSC202.open("COM3", stage="DRV001") as bsc202:
+            await bsc202.bay(1).home()
+            await bsc202.bay(1).move_absolute(mm=1)
+            print(await bsc202.bay(1).position)
 
     BSC202, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
@@ -1673,7 +1907,7 @@ class BSC203Bay(
     """
 
 
-class BSC203(
+class _BSC203Calls(
     RackDevice[BSC203Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1681,7 +1915,18 @@ class BSC203(
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
 ):
+    """The calls of a BSC203 for asyncio."""
+
+
+class BSC203(_BSC203Calls):
     """Three-channel benchtop stepper driver (since 2012) for asyncio.
+
+    ::
+
+        async with BSC203.open("COM3", stage="DRV001") as bsc203:
+            await bsc203.bay(1).home()
+            await bsc203.bay(1).move_absolute(mm=1)
+            print(await bsc203.bay(1).position)
 
     BSC203, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
@@ -1696,7 +1941,7 @@ class BSC203(
     bay_class = BSC203Bay
 
 
-class K10CR1(
+class _K10CR1Calls(
     SingleChannelDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1727,7 +1972,18 @@ class K10CR1(
     motor.WithMotEepromParams,
     motor.WithTrigger,
 ):
+    """The calls of a K10CR1 for asyncio."""
+
+
+class K10CR1(_K10CR1Calls):
     """Rotation stage with a built-in stepper driver for asyncio.
+
+    ::
+
+        async with K10CR1.open("COM3") as k10cr1:
+            await k10cr1.home()
+            await k10cr1.move_absolute(deg=1)
+            print(await k10cr1.position)
 
     K10CR1, Issue 37, page 33. Its messages: the printed lists, Issue 37, pages 13, 15.
 
@@ -1738,7 +1994,7 @@ class K10CR1(
     unit = UNITS["K10CR1"]
 
 
-class KBD101(
+class _KBD101Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1782,7 +2038,18 @@ class KBD101(
     motor.WithKcubeTrigIoConfig,
     motor.WithKcubePosTrigParams,
 ):
+    """The calls of a KBD101 for asyncio."""
+
+
+class KBD101(_KBD101Calls):
     """One-channel K-Cube brushless DC driver for asyncio.
+
+    ::
+
+        async with KBD101.open("COM3", stage="DDSM100") as kbd101:
+            await kbd101.home()
+            await kbd101.move_absolute(mm=1)
+            print(await kbd101.position)
 
     KBD101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 21, 22.
 
@@ -1795,7 +2062,7 @@ class KBD101(
     unit = UNITS["KBD101"]
 
 
-class KDC101(
+class _KDC101Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1834,7 +2101,18 @@ class KDC101(
     motor.WithKcubeTrigIoConfig,
     motor.WithKcubePosTrigParams,
 ):
+    """The calls of a KDC101 for asyncio."""
+
+
+class KDC101(_KDC101Calls):
     """One-channel K-Cube DC servo driver for asyncio.
+
+    ::
+
+        async with KDC101.open("COM3", stage="MTS25-Z8") as kdc101:
+            await kdc101.home()
+            await kdc101.move_absolute(mm=1)
+            print(await kdc101.position)
 
     KDC101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 8, 9.
 
@@ -1847,7 +2125,7 @@ class KDC101(
     unit = UNITS["KDC101"]
 
 
-class KSC101(
+class _KSC101Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1869,6 +2147,10 @@ class KSC101(
     solenoid.WithSolInterlockMode,
     solenoid.WithSolState,
 ):
+    """The calls of a KSC101 for asyncio."""
+
+
+class KSC101(_KSC101Calls):
     """One-channel K-Cube solenoid driver for asyncio.
 
     KSC101, Issue 37, page 61. Its messages: the printed lists, Issue 37, page 12.
@@ -1883,7 +2165,7 @@ class KSC101(
     unit = UNITS["KSC101"]
 
 
-class KST101(
+class _KST101Calls(
     SingleChannelDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1919,7 +2201,18 @@ class KST101(
     motor.WithKcubePosTrigParams,
     motor.WithKcubeKstLoopParams,
 ):
+    """The calls of a KST101 for asyncio."""
+
+
+class KST101(_KST101Calls):
     """One-channel K-Cube stepper driver for asyncio.
+
+    ::
+
+        async with KST101.open("COM3", stage="DRV001") as kst101:
+            await kst101.home()
+            await kst101.move_absolute(mm=1)
+            print(await kst101.position)
 
     KST101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 13, 14.
 
@@ -1930,7 +2223,7 @@ class KST101(
     unit = UNITS["KST101"]
 
 
-class KST201(
+class _KST201Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1967,7 +2260,18 @@ class KST201(
     motor.WithKcubeTrigIoConfig,
     motor.WithKcubePosTrigParams,
 ):
+    """The calls of a KST201 for asyncio."""
+
+
+class KST201(_KST201Calls):
     """One-channel K-Cube stepper driver, second version for asyncio.
+
+    ::
+
+        async with KST201.open("COM3", stage="DRV001") as kst201:
+            await kst201.home()
+            await kst201.move_absolute(mm=1)
+            print(await kst201.position)
 
     KST201, Issue 37, page 14. Its messages: the printed list, Issue 37, page 14.
 
@@ -1982,7 +2286,7 @@ class KST201(
     unit = UNITS["KST201"]
 
 
-class KVS30(
+class _KVS30Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2016,7 +2320,18 @@ class KVS30(
     motor.WithKcubeTrigIoConfig,
     motor.WithKcubePosTrigParams,
 ):
+    """The calls of a KVS30 for asyncio."""
+
+
+class KVS30(_KVS30Calls):
     """Vertical stage with a built-in DC servo driver for asyncio.
+
+    ::
+
+        async with KVS30.open("COM3") as kvs30:
+            await kvs30.home()
+            await kvs30.move_absolute(mm=1)
+            print(await kvs30.position)
 
     KVS30, Issue 37, page 10. Its messages: the printed list, Issue 37, page 10.
 
@@ -2028,7 +2343,7 @@ class KVS30(
     unit = UNITS["KVS30"]
 
 
-class LTS150(
+class _LTS150Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2057,7 +2372,18 @@ class LTS150(
     motor.WithMotEepromParams,
     motor.WithBowIndex,
 ):
+    """The calls of a LTS150 for asyncio."""
+
+
+class LTS150(_LTS150Calls):
     """Long travel stage with a built-in stepper driver for asyncio.
+
+    ::
+
+        async with LTS150.open("COM3") as lts150:
+            await lts150.home()
+            await lts150.move_absolute(counts=1000)
+            print(await lts150.position_counts)
 
     LTS150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
 
@@ -2071,7 +2397,7 @@ class LTS150(
     unit = UNITS["LTS150"]
 
 
-class LTS300(
+class _LTS300Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2100,7 +2426,18 @@ class LTS300(
     motor.WithMotEepromParams,
     motor.WithBowIndex,
 ):
+    """The calls of a LTS300 for asyncio."""
+
+
+class LTS300(_LTS300Calls):
     """Long travel stage with a built-in stepper driver for asyncio.
+
+    ::
+
+        async with LTS300.open("COM3") as lts300:
+            await lts300.home()
+            await lts300.move_absolute(counts=1000)
+            print(await lts300.position_counts)
 
     LTS300, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
 
@@ -2114,7 +2451,7 @@ class LTS300(
     unit = UNITS["LTS300"]
 
 
-class MFF101(
+class _MFF101Calls(
     PositionsDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2125,6 +2462,10 @@ class MFF101(
     motor.WithMotEepromParams,
     flipper.WithMffOperParams,
 ):
+    """The calls of a MFF101 for asyncio."""
+
+
+class MFF101(_MFF101Calls):
     """Motorized filter flipper for asyncio.
 
     MFF101, Issue 37, page 20. Its messages: the printed list, Issue 37, page 20.
@@ -2141,7 +2482,7 @@ class MFF101(
     unit = UNITS["MFF101"]
 
 
-class MFF102(
+class _MFF102Calls(
     PositionsDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2152,6 +2493,10 @@ class MFF102(
     motor.WithMotEepromParams,
     flipper.WithMffOperParams,
 ):
+    """The calls of a MFF102 for asyncio."""
+
+
+class MFF102(_MFF102Calls):
     """Motorized filter flipper for asyncio.
 
     MFF102, Issue 37, page 20. Its messages: the printed list, Issue 37, page 20.
@@ -2165,7 +2510,7 @@ class MFF102(
     unit = UNITS["MFF102"]
 
 
-class MLJ050(
+class _MLJ050Calls(
     SingleChannelDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2192,7 +2537,18 @@ class MLJ050(
     motor.WithMotEepromParams,
     motor.WithBowIndex,
 ):
+    """The calls of a MLJ050 for asyncio."""
+
+
+class MLJ050(_MLJ050Calls):
     """Motorized labjack with a built-in stepper driver for asyncio.
+
+    ::
+
+        async with MLJ050.open("COM3") as mlj050:
+            await mlj050.home()
+            await mlj050.move_absolute(counts=1000)
+            print(await mlj050.position_counts)
 
     MLJ050, Issue 37, page 33. Its messages: the printed list, Issue 37, page 19.
 
@@ -2206,7 +2562,7 @@ class MLJ050(
     unit = UNITS["MLJ050"]
 
 
-class MLJ150(
+class _MLJ150Calls(
     SingleChannelDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2233,7 +2589,18 @@ class MLJ150(
     motor.WithMotEepromParams,
     motor.WithBowIndex,
 ):
+    """The calls of a MLJ150 for asyncio."""
+
+
+class MLJ150(_MLJ150Calls):
     """Motorized labjack with a built-in stepper driver for asyncio.
+
+    ::
+
+        async with MLJ150.open("COM3") as mlj150:
+            await mlj150.home()
+            await mlj150.move_absolute(counts=1000)
+            print(await mlj150.position_counts)
 
     MLJ150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 19.
 
@@ -2266,7 +2633,7 @@ class MPZ601Channel(
     """One channel of a MPZ601 for asyncio."""
 
 
-class MPZ601(
+class _MPZ601Calls(
     ModuleDevice[MPZ601Channel],
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2276,6 +2643,10 @@ class MPZ601(
     piezo.CanAckPzStatusUpdate,
     piezo.WithLutValueType,
 ):
+    """The calls of a MPZ601 for asyncio."""
+
+
+class MPZ601(_MPZ601Calls):
     """Two-channel modular piezo driver for asyncio.
 
     MPZ601, Issue 3, page 93. Its messages: the printed list, Issue 3, page 135.
@@ -2316,7 +2687,7 @@ class MST601Channel(
     """One channel of a MST601 for asyncio."""
 
 
-class MST601(
+class _MST601Calls(
     ModuleDevice[MST601Channel],
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2328,7 +2699,18 @@ class MST601(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
+    """The calls of a MST601 for asyncio."""
+
+
+class MST601(_MST601Calls):
     """Two-channel modular stepper driver for asyncio.
+
+    ::
+
+        async with MST601.open("COM3", stage="DRV001") as mst601:
+            await mst601.channel(1).home()
+            await mst601.channel(1).move_absolute(mm=1)
+            print(await mst601.channel(1).position)
 
     MST601, Issue 3, page 27. Its messages: those of its family modular_stepper: No list is printed.
     Like card_slot_stepper, except HW_DISCONNECT: a module has no USB node, and the list of the
@@ -2369,7 +2751,7 @@ class MST602Channel(
     """One channel of a MST602 for asyncio."""
 
 
-class MST602(
+class _MST602Calls(
     ModuleDevice[MST602Channel],
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2381,7 +2763,18 @@ class MST602(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
+    """The calls of a MST602 for asyncio."""
+
+
+class MST602(_MST602Calls):
     """Two-channel modular stepper driver (since 2013) for asyncio.
+
+    ::
+
+        async with MST602.open("COM3", stage="DRV001") as mst602:
+            await mst602.channel(1).home()
+            await mst602.channel(1).move_absolute(mm=1)
+            print(await mst602.channel(1).position)
 
     MST602, Issue 37, page 61. Its messages: those of its family modular_stepper_2013: No list is
     printed. Like modular_stepper, plus the power of the phases (page 71), but without
@@ -2397,7 +2790,7 @@ class MST602(
     channel_class = MST602Channel
 
 
-class ODC001(
+class _ODC001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2430,7 +2823,18 @@ class ODC001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
+    """The calls of a ODC001 for asyncio."""
+
+
+class ODC001(_ODC001Calls):
     """One-channel cube DC servo driver for asyncio.
+
+    ::
+
+        async with ODC001.open("COM3") as odc001:
+            await odc001.home()
+            await odc001.move_absolute(counts=1000)
+            print(await odc001.position_counts)
 
     ODC001, Issue 3, page 27. Its messages: those of its family dc_servo_opto: No list is printed.
     Like the TDC001, except the LM628 PID (page 51: TDC001 only), plus HW_DISCONNECT and
@@ -2443,7 +2847,7 @@ class ODC001(
     unit = UNITS["ODC001"]
 
 
-class OST001(
+class _OST001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2476,7 +2880,18 @@ class OST001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
+    """The calls of a OST001 for asyncio."""
+
+
+class OST001(_OST001Calls):
     """One-channel cube stepper driver for asyncio.
+
+    ::
+
+        async with OST001.open("COM3", stage="APT_STEPPER") as ost001:
+            await ost001.home()
+            await ost001.move_absolute(mm=1)
+            print(await ost001.position)
 
     OST001, Issue 3, page 27. Its messages: those of its family opto_stepper: No list is printed.
     Like benchtop_stepper, plus the LED, potentiometer and buttons of the control keypad.
@@ -2488,7 +2903,7 @@ class OST001(
     unit = UNITS["OST001"]
 
 
-class TBD001(
+class _TBD001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2529,7 +2944,18 @@ class TBD001(
     motor.WithPmdStageAxisParams,
     motor.WithTrigger,
 ):
+    """The calls of a TBD001 for asyncio."""
+
+
+class TBD001(_TBD001Calls):
     """One-channel T-Cube brushless DC driver for asyncio.
+
+    ::
+
+        async with TBD001.open("COM3", stage="DDSM100") as tbd001:
+            await tbd001.home()
+            await tbd001.move_absolute(mm=1)
+            print(await tbd001.position)
 
     TBD001, Issue 37, page 61. Its messages: the printed list, Issue 37, page 21.
 
@@ -2540,7 +2966,7 @@ class TBD001(
     unit = UNITS["TBD001"]
 
 
-class TDC001(
+class _TDC001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2575,7 +3001,18 @@ class TDC001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
+    """The calls of a TDC001 for asyncio."""
+
+
+class TDC001(_TDC001Calls):
     """One-channel T-Cube DC servo driver for asyncio.
+
+    ::
+
+        async with TDC001.open("COM3", stage="MTS25-Z8") as tdc001:
+            await tdc001.home()
+            await tdc001.move_absolute(mm=1)
+            print(await tdc001.position)
 
     TDC001, Issue 3, page 27. Its messages: the printed list, Issue 37, page 8.
 
@@ -2587,7 +3024,7 @@ class TDC001(
     unit = UNITS["TDC001"]
 
 
-class TPZ001(
+class _TPZ001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2608,6 +3045,10 @@ class TPZ001(
     piezo.WithTpzDispSettings,
     piezo.WithTpzIoSettings,
 ):
+    """The calls of a TPZ001 for asyncio."""
+
+
+class TPZ001(_TPZ001Calls):
     """One-channel T-Cube piezo driver for asyncio.
 
     TPZ001, Issue 3, page 93. Its messages: the printed list, Issue 3, page 133.
@@ -2621,7 +3062,7 @@ class TPZ001(
     unit = UNITS["TPZ001"]
 
 
-class TSC001(
+class _TSC001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2640,6 +3081,10 @@ class TSC001(
     solenoid.WithSolInterlockMode,
     solenoid.WithSolState,
 ):
+    """The calls of a TSC001 for asyncio."""
+
+
+class TSC001(_TSC001Calls):
     """One-channel T-Cube solenoid driver for asyncio.
 
     TSC001, Issue 3, page 27. Its messages: the printed list, Issue 3, page 138.
@@ -2653,7 +3098,7 @@ class TSC001(
     unit = UNITS["TSC001"]
 
 
-class TSG001(
+class _TSG001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2670,6 +3115,10 @@ class TSG001(
     piezo.WithTsgIoSettings,
     piezo.WithTsgReading,
 ):
+    """The calls of a TSG001 for asyncio."""
+
+
+class TSG001(_TSG001Calls):
     """One-channel T-Cube strain gauge reader for asyncio.
 
     TSG001, Issue 3, page 93. Its messages: the printed list, Issue 3, page 134.
@@ -2682,7 +3131,7 @@ class TSG001(
     unit = UNITS["TSG001"]
 
 
-class TST001(
+class _TST001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2717,7 +3166,18 @@ class TST001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
+    """The calls of a TST001 for asyncio."""
+
+
+class TST001(_TST001Calls):
     """One-channel T-Cube stepper driver for asyncio.
+
+    ::
+
+        async with TST001.open("COM3", stage="DRV001") as tst001:
+            await tst001.home()
+            await tst001.move_absolute(mm=1)
+            print(await tst001.position)
 
     TST001, Issue 3, page 27. Its messages: those of its family cube_stepper: No list is printed.
     Like opto_stepper, plus the HUB messages, which read the bay of a T-Cube (page 24). The lists of
@@ -2728,7 +3188,7 @@ class TST001(
     unit = UNITS["TST001"]
 
 
-class TST101(
+class _TST101Calls(
     SingleChannelDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2760,7 +3220,18 @@ class TST101(
     motor.WithMotEepromParams,
     motor.WithTstActuatorType,
 ):
+    """The calls of a TST101 for asyncio."""
+
+
+class TST101(_TST101Calls):
     """One-channel T-Cube stepper driver with 2048 microsteps for asyncio.
+
+    ::
+
+        async with TST101.open("COM3", stage="DRV001") as tst101:
+            await tst101.home()
+            await tst101.move_absolute(mm=1)
+            print(await tst101.position)
 
     TST101, Issue 37, page 13. Its messages: the printed lists, Issue 37, pages 13, 14.
 

@@ -140,7 +140,7 @@ class BBD101Bay(
     """
 
 
-class BBD101(
+class _BBD101Calls(
     RackDevice[BBD101Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -148,7 +148,18 @@ class BBD101(
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
 ):
+    """The calls of a BBD101."""
+
+
+class BBD101(_BBD101Calls):
     """One-channel benchtop brushless DC motor driver.
+
+    ::
+
+        with BBD101.open("COM3", stage="DDSM100") as bbd101:
+            bbd101.bay(1).home()
+            bbd101.bay(1).move_absolute(mm=1)
+            print(bbd101.bay(1).position)
 
     BBD101, Issue 3, page 27. Its messages: those of its family brushless_dc_single: No list is
     printed. Like brushless_dc, except the digital inputs and outputs of the motherboard, which
@@ -207,7 +218,7 @@ class BBD102Bay(
     """
 
 
-class BBD102(
+class _BBD102Calls(
     RackDevice[BBD102Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -217,7 +228,18 @@ class BBD102(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BBD102."""
+
+
+class BBD102(_BBD102Calls):
     """Two-channel benchtop brushless DC motor driver.
+
+    ::
+
+        with BBD102.open("COM3", stage="DDSM100") as bbd102:
+            bbd102.bay(1).home()
+            bbd102.bay(1).move_absolute(mm=1)
+            print(bbd102.bay(1).position)
 
     BBD102, Issue 3, page 27. Its messages: those of its family brushless_dc: No list is printed.
     Assumed: the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the
@@ -278,7 +300,7 @@ class BBD103Bay(
     """
 
 
-class BBD103(
+class _BBD103Calls(
     RackDevice[BBD103Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -288,7 +310,18 @@ class BBD103(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BBD103."""
+
+
+class BBD103(_BBD103Calls):
     """Three-channel benchtop brushless DC motor driver.
+
+    ::
+
+        with BBD103.open("COM3", stage="DDSM100") as bbd103:
+            bbd103.bay(1).home()
+            bbd103.bay(1).move_absolute(mm=1)
+            print(bbd103.bay(1).position)
 
     BBD103, Issue 3, page 27. Its messages: those of its family brushless_dc: No list is printed.
     Assumed: the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the
@@ -350,7 +383,7 @@ class BBD201Bay(
     """
 
 
-class BBD201(
+class _BBD201Calls(
     RackDevice[BBD201Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -358,7 +391,18 @@ class BBD201(
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
 ):
+    """The calls of a BBD201."""
+
+
+class BBD201(_BBD201Calls):
     """One-channel benchtop brushless DC motor driver.
+
+    ::
+
+        with BBD201.open("COM3", stage="DDSM100") as bbd201:
+            bbd201.bay(1).home()
+            bbd201.bay(1).move_absolute(mm=1)
+            print(bbd201.bay(1).position)
 
     BBD201, Issue 3, page 27. Its messages: the printed list, Issue 37, page 21.
 
@@ -416,7 +460,7 @@ class BBD202Bay(
     """
 
 
-class BBD202(
+class _BBD202Calls(
     RackDevice[BBD202Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -426,7 +470,18 @@ class BBD202(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BBD202."""
+
+
+class BBD202(_BBD202Calls):
     """Two-channel benchtop brushless DC motor driver.
+
+    ::
+
+        with BBD202.open("COM3", stage="DDSM100") as bbd202:
+            bbd202.bay(1).home()
+            bbd202.bay(1).move_absolute(mm=1)
+            print(bbd202.bay(1).position)
 
     BBD202, Issue 37, page 61. Its messages: those of its family brushless_dc_20x: The printed list
     of page 21, and two sets of brushless_dc that it omits: the status bits and the digital outputs
@@ -489,7 +544,7 @@ class BBD203Bay(
     """
 
 
-class BBD203(
+class _BBD203Calls(
     RackDevice[BBD203Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -499,7 +554,18 @@ class BBD203(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BBD203."""
+
+
+class BBD203(_BBD203Calls):
     """Three-channel benchtop brushless DC motor driver.
+
+    ::
+
+        with BBD203.open("COM3", stage="DDSM100") as bbd203:
+            bbd203.bay(1).home()
+            bbd203.bay(1).move_absolute(mm=1)
+            print(bbd203.bay(1).position)
 
     BBD203, Issue 37, page 61. Its messages: those of its family brushless_dc_20x: The printed list
     of page 21, and two sets of brushless_dc that it omits: the status bits and the digital outputs
@@ -569,7 +635,7 @@ class BBD301Bay(
     """
 
 
-class BBD301(
+class _BBD301Calls(
     RackDevice[BBD301Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -580,7 +646,18 @@ class BBD301(
     motor.WithMoveSynchParams,
     motor.CanMoveSynchStart,
 ):
+    """The calls of a BBD301."""
+
+
+class BBD301(_BBD301Calls):
     """One-channel benchtop brushless DC motor driver BBD30x.
+
+    ::
+
+        with BBD301.open("COM3", stage="DDSM100") as bbd301:
+            bbd301.bay(1).home()
+            bbd301.bay(1).move_absolute(mm=1)
+            print(bbd301.bay(1).position)
 
     BBD301, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
@@ -646,7 +723,7 @@ class BBD302Bay(
     """
 
 
-class BBD302(
+class _BBD302Calls(
     RackDevice[BBD302Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -657,7 +734,18 @@ class BBD302(
     motor.WithMoveSynchParams,
     motor.CanMoveSynchStart,
 ):
+    """The calls of a BBD302."""
+
+
+class BBD302(_BBD302Calls):
     """Two-channel benchtop brushless DC motor driver BBD30x.
+
+    ::
+
+        with BBD302.open("COM3", stage="DDSM100") as bbd302:
+            bbd302.bay(1).home()
+            bbd302.bay(1).move_absolute(mm=1)
+            print(bbd302.bay(1).position)
 
     BBD302, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
@@ -723,7 +811,7 @@ class BBD303Bay(
     """
 
 
-class BBD303(
+class _BBD303Calls(
     RackDevice[BBD303Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -734,7 +822,18 @@ class BBD303(
     motor.WithMoveSynchParams,
     motor.CanMoveSynchStart,
 ):
+    """The calls of a BBD303."""
+
+
+class BBD303(_BBD303Calls):
     """Three-channel benchtop brushless DC motor driver BBD30x.
+
+    ::
+
+        with BBD303.open("COM3", stage="DDSM100") as bbd303:
+            bbd303.bay(1).home()
+            bbd303.bay(1).move_absolute(mm=1)
+            print(bbd303.bay(1).position)
 
     BBD303, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
@@ -749,7 +848,7 @@ class BBD303(
     bay_class = BBD303Bay
 
 
-class BMS001(
+class _BMS001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -779,7 +878,18 @@ class BMS001(
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
 ):
+    """The calls of a BMS001."""
+
+
+class BMS001(_BMS001Calls):
     """One-channel benchtop low power stepper driver (legacy).
+
+    ::
+
+        with BMS001.open("COM3", stage="APT_STEPPER") as bms001:
+            bms001.home()
+            bms001.move_absolute(mm=1)
+            print(bms001.position)
 
     BMS001, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -819,7 +929,7 @@ class BMS002Channel(
     """One channel of a BMS002."""
 
 
-class BMS002(
+class _BMS002Calls(
     ChannelsDevice[BMS002Channel],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -829,7 +939,18 @@ class BMS002(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
+    """The calls of a BMS002."""
+
+
+class BMS002(_BMS002Calls):
     """Two-channel benchtop low power stepper driver (legacy).
+
+    ::
+
+        with BMS002.open("COM3", stage="APT_STEPPER") as bms002:
+            bms002.channel(1).home()
+            bms002.channel(1).move_absolute(mm=1)
+            print(bms002.channel(1).position)
 
     BMS002, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -844,7 +965,7 @@ class BMS002(
     channel_class = BMS002Channel
 
 
-class BPC001(
+class _BPC001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -866,6 +987,10 @@ class BPC001(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
+    """The calls of a BPC001."""
+
+
+class BPC001(_BPC001Calls):
     """One-channel benchtop piezo driver.
 
     BPC001, Issue 3, page 93. Its messages: those of its family benchtop_piezo: No list is printed
@@ -902,13 +1027,17 @@ class BPC002Channel(
     """One channel of a BPC002."""
 
 
-class BPC002(
+class _BPC002Calls(
     ChannelsDevice[BPC002Channel],
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
     generic.CanStopUpdates,
 ):
+    """The calls of a BPC002."""
+
+
+class BPC002(_BPC002Calls):
     """Two-channel benchtop piezo driver.
 
     BPC002, Issue 3, page 93. Its messages: those of its family benchtop_piezo: No list is printed
@@ -925,7 +1054,7 @@ class BPC002(
     channel_class = BPC002Channel
 
 
-class BPC101(
+class _BPC101Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -947,6 +1076,10 @@ class BPC101(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
+    """The calls of a BPC101."""
+
+
+class BPC101(_BPC101Calls):
     """One-channel benchtop piezo driver (since 2006).
 
     BPC101, Issue 3, page 93. Its messages: those of its family benchtop_piezo: No list is printed
@@ -989,7 +1122,7 @@ class BPC102Bay(
     """
 
 
-class BPC102(
+class _BPC102Calls(
     RackDevice[BPC102Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -999,6 +1132,10 @@ class BPC102(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BPC102."""
+
+
+class BPC102(_BPC102Calls):
     """Two-channel benchtop piezo driver (since 2006).
 
     BPC102, Issue 3, page 93. Its messages: the printed list of BPC202, Issue 3, page 131: The
@@ -1041,7 +1178,7 @@ class BPC103Bay(
     """
 
 
-class BPC103(
+class _BPC103Calls(
     RackDevice[BPC103Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1051,6 +1188,10 @@ class BPC103(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BPC103."""
+
+
+class BPC103(_BPC103Calls):
     """Three-channel benchtop piezo driver (since 2006).
 
     BPC103, Issue 3, page 93. Its messages: the printed list of BPC202, Issue 3, page 131: The
@@ -1065,7 +1206,7 @@ class BPC103(
     bay_class = BPC103Bay
 
 
-class BPC201(
+class _BPC201Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1090,6 +1231,10 @@ class BPC201(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
+    """The calls of a BPC201."""
+
+
+class BPC201(_BPC201Calls):
     """One-channel benchtop piezo driver (since 2007).
 
     BPC201, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
@@ -1131,7 +1276,7 @@ class BPC202Bay(
     """
 
 
-class BPC202(
+class _BPC202Calls(
     RackDevice[BPC202Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1141,6 +1286,10 @@ class BPC202(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BPC202."""
+
+
+class BPC202(_BPC202Calls):
     """Two-channel benchtop piezo driver (since 2007).
 
     BPC202, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
@@ -1181,7 +1330,7 @@ class BPC203Bay(
     """
 
 
-class BPC203(
+class _BPC203Calls(
     RackDevice[BPC203Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1191,6 +1340,10 @@ class BPC203(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BPC203."""
+
+
+class BPC203(_BPC203Calls):
     """Three-channel benchtop piezo driver (since 2007).
 
     BPC203, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
@@ -1204,7 +1357,7 @@ class BPC203(
     bay_class = BPC203Bay
 
 
-class BPC301(
+class _BPC301Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1231,6 +1384,10 @@ class BPC301(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
+    """The calls of a BPC301."""
+
+
+class BPC301(_BPC301Calls):
     """One-channel benchtop piezo driver (since 2011).
 
     BPC301, Issue 3, page 93. Its messages: the printed list, Issue 3, page 132.
@@ -1243,7 +1400,7 @@ class BPC301(
     unit = UNITS["BPC301"]
 
 
-class BSC001(
+class _BSC001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1273,7 +1430,18 @@ class BSC001(
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
 ):
+    """The calls of a BSC001."""
+
+
+class BSC001(_BSC001Calls):
     """One-channel benchtop stepper driver (legacy).
+
+    ::
+
+        with BSC001.open("COM3", stage="DRV001") as bsc001:
+            bsc001.home()
+            bsc001.move_absolute(mm=1)
+            print(bsc001.position)
 
     BSC001, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -1313,7 +1481,7 @@ class BSC002Channel(
     """One channel of a BSC002."""
 
 
-class BSC002(
+class _BSC002Calls(
     ChannelsDevice[BSC002Channel],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1323,7 +1491,18 @@ class BSC002(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
+    """The calls of a BSC002."""
+
+
+class BSC002(_BSC002Calls):
     """Two-channel benchtop stepper driver (legacy).
+
+    ::
+
+        with BSC002.open("COM3", stage="DRV001") as bsc002:
+            bsc002.channel(1).home()
+            bsc002.channel(1).move_absolute(mm=1)
+            print(bsc002.channel(1).position)
 
     BSC002, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -1338,7 +1517,7 @@ class BSC002(
     channel_class = BSC002Channel
 
 
-class BSC101(
+class _BSC101Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1373,7 +1552,18 @@ class BSC101(
     motor.WithMotEepromParams,
     motor.WithTrigger,
 ):
+    """The calls of a BSC101."""
+
+
+class BSC101(_BSC101Calls):
     """One-channel benchtop stepper driver (since 2006).
+
+    ::
+
+        with BSC101.open("COM3", stage="DRV001") as bsc101:
+            bsc101.home()
+            bsc101.move_absolute(mm=1)
+            print(bsc101.position)
 
     BSC101, Issue 37, page 61. Its messages: those of its family benchtop_stepper_2006: For the
     BSC101: the printed list of page 16, without MOT_KCUBEKSTLOOPPARAMS, which page 148 restricts to
@@ -1427,7 +1617,7 @@ class BSC102Bay(
     """
 
 
-class BSC102(
+class _BSC102Calls(
     RackDevice[BSC102Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1437,7 +1627,18 @@ class BSC102(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BSC102."""
+
+
+class BSC102(_BSC102Calls):
     """Two-channel benchtop stepper driver (since 2006).
+
+    ::
+
+        with BSC102.open("COM3", stage="DRV001") as bsc102:
+            bsc102.bay(1).home()
+            bsc102.bay(1).move_absolute(mm=1)
+            print(bsc102.bay(1).position)
 
     BSC102, Issue 3, page 27. Its messages: those of its family card_slot_stepper: No list is
     printed. Like benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10
@@ -1492,7 +1693,7 @@ class BSC103Bay(
     """
 
 
-class BSC103(
+class _BSC103Calls(
     RackDevice[BSC103Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1502,7 +1703,18 @@ class BSC103(
     generic.WithRackStatusBits,
     generic.WithRackDigOutputs,
 ):
+    """The calls of a BSC103."""
+
+
+class BSC103(_BSC103Calls):
     """Three-channel benchtop stepper driver (since 2006).
+
+    ::
+
+        with BSC103.open("COM3", stage="DRV001") as bsc103:
+            bsc103.bay(1).home()
+            bsc103.bay(1).move_absolute(mm=1)
+            print(bsc103.bay(1).position)
 
     BSC103, Issue 3, page 27. Its messages: those of its family card_slot_stepper: No list is
     printed. Like benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10
@@ -1516,7 +1728,7 @@ class BSC103(
     bay_class = BSC103Bay
 
 
-class BSC201(
+class _BSC201Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1552,7 +1764,18 @@ class BSC201(
     motor.WithTrigger,
     motor.WithKcubeKstLoopParams,
 ):
+    """The calls of a BSC201."""
+
+
+class BSC201(_BSC201Calls):
     """One-channel benchtop stepper driver (since 2012).
+
+    ::
+
+        with BSC201.open("COM3", stage="DRV001") as bsc201:
+            bsc201.home()
+            bsc201.move_absolute(mm=1)
+            print(bsc201.position)
 
     BSC201, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
@@ -1610,7 +1833,7 @@ class BSC202Bay(
     """
 
 
-class BSC202(
+class _BSC202Calls(
     RackDevice[BSC202Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1618,7 +1841,18 @@ class BSC202(
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
 ):
+    """The calls of a BSC202."""
+
+
+class BSC202(_BSC202Calls):
     """Two-channel benchtop stepper driver (since 2012).
+
+    ::
+
+        with BSC202.open("COM3", stage="DRV001") as bsc202:
+            bsc202.bay(1).home()
+            bsc202.bay(1).move_absolute(mm=1)
+            print(bsc202.bay(1).position)
 
     BSC202, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
@@ -1675,7 +1909,7 @@ class BSC203Bay(
     """
 
 
-class BSC203(
+class _BSC203Calls(
     RackDevice[BSC203Bay],
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1683,7 +1917,18 @@ class BSC203(
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
 ):
+    """The calls of a BSC203."""
+
+
+class BSC203(_BSC203Calls):
     """Three-channel benchtop stepper driver (since 2012).
+
+    ::
+
+        with BSC203.open("COM3", stage="DRV001") as bsc203:
+            bsc203.bay(1).home()
+            bsc203.bay(1).move_absolute(mm=1)
+            print(bsc203.bay(1).position)
 
     BSC203, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
@@ -1698,7 +1943,7 @@ class BSC203(
     bay_class = BSC203Bay
 
 
-class K10CR1(
+class _K10CR1Calls(
     SingleChannelDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1729,7 +1974,18 @@ class K10CR1(
     motor.WithMotEepromParams,
     motor.WithTrigger,
 ):
+    """The calls of a K10CR1."""
+
+
+class K10CR1(_K10CR1Calls):
     """Rotation stage with a built-in stepper driver.
+
+    ::
+
+        with K10CR1.open("COM3") as k10cr1:
+            k10cr1.home()
+            k10cr1.move_absolute(deg=1)
+            print(k10cr1.position)
 
     K10CR1, Issue 37, page 33. Its messages: the printed lists, Issue 37, pages 13, 15.
 
@@ -1740,7 +1996,7 @@ class K10CR1(
     unit = UNITS["K10CR1"]
 
 
-class KBD101(
+class _KBD101Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1784,7 +2040,18 @@ class KBD101(
     motor.WithKcubeTrigIoConfig,
     motor.WithKcubePosTrigParams,
 ):
+    """The calls of a KBD101."""
+
+
+class KBD101(_KBD101Calls):
     """One-channel K-Cube brushless DC driver.
+
+    ::
+
+        with KBD101.open("COM3", stage="DDSM100") as kbd101:
+            kbd101.home()
+            kbd101.move_absolute(mm=1)
+            print(kbd101.position)
 
     KBD101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 21, 22.
 
@@ -1797,7 +2064,7 @@ class KBD101(
     unit = UNITS["KBD101"]
 
 
-class KDC101(
+class _KDC101Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1836,7 +2103,18 @@ class KDC101(
     motor.WithKcubeTrigIoConfig,
     motor.WithKcubePosTrigParams,
 ):
+    """The calls of a KDC101."""
+
+
+class KDC101(_KDC101Calls):
     """One-channel K-Cube DC servo driver.
+
+    ::
+
+        with KDC101.open("COM3", stage="MTS25-Z8") as kdc101:
+            kdc101.home()
+            kdc101.move_absolute(mm=1)
+            print(kdc101.position)
 
     KDC101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 8, 9.
 
@@ -1849,7 +2127,7 @@ class KDC101(
     unit = UNITS["KDC101"]
 
 
-class KSC101(
+class _KSC101Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1871,6 +2149,10 @@ class KSC101(
     solenoid.WithSolInterlockMode,
     solenoid.WithSolState,
 ):
+    """The calls of a KSC101."""
+
+
+class KSC101(_KSC101Calls):
     """One-channel K-Cube solenoid driver.
 
     KSC101, Issue 37, page 61. Its messages: the printed lists, Issue 37, page 12.
@@ -1885,7 +2167,7 @@ class KSC101(
     unit = UNITS["KSC101"]
 
 
-class KST101(
+class _KST101Calls(
     SingleChannelDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1921,7 +2203,18 @@ class KST101(
     motor.WithKcubePosTrigParams,
     motor.WithKcubeKstLoopParams,
 ):
+    """The calls of a KST101."""
+
+
+class KST101(_KST101Calls):
     """One-channel K-Cube stepper driver.
+
+    ::
+
+        with KST101.open("COM3", stage="DRV001") as kst101:
+            kst101.home()
+            kst101.move_absolute(mm=1)
+            print(kst101.position)
 
     KST101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 13, 14.
 
@@ -1932,7 +2225,7 @@ class KST101(
     unit = UNITS["KST101"]
 
 
-class KST201(
+class _KST201Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -1969,7 +2262,18 @@ class KST201(
     motor.WithKcubeTrigIoConfig,
     motor.WithKcubePosTrigParams,
 ):
+    """The calls of a KST201."""
+
+
+class KST201(_KST201Calls):
     """One-channel K-Cube stepper driver, second version.
+
+    ::
+
+        with KST201.open("COM3", stage="DRV001") as kst201:
+            kst201.home()
+            kst201.move_absolute(mm=1)
+            print(kst201.position)
 
     KST201, Issue 37, page 14. Its messages: the printed list, Issue 37, page 14.
 
@@ -1984,7 +2288,7 @@ class KST201(
     unit = UNITS["KST201"]
 
 
-class KVS30(
+class _KVS30Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2018,7 +2322,18 @@ class KVS30(
     motor.WithKcubeTrigIoConfig,
     motor.WithKcubePosTrigParams,
 ):
+    """The calls of a KVS30."""
+
+
+class KVS30(_KVS30Calls):
     """Vertical stage with a built-in DC servo driver.
+
+    ::
+
+        with KVS30.open("COM3") as kvs30:
+            kvs30.home()
+            kvs30.move_absolute(mm=1)
+            print(kvs30.position)
 
     KVS30, Issue 37, page 10. Its messages: the printed list, Issue 37, page 10.
 
@@ -2030,7 +2345,7 @@ class KVS30(
     unit = UNITS["KVS30"]
 
 
-class LTS150(
+class _LTS150Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2059,7 +2374,18 @@ class LTS150(
     motor.WithMotEepromParams,
     motor.WithBowIndex,
 ):
+    """The calls of a LTS150."""
+
+
+class LTS150(_LTS150Calls):
     """Long travel stage with a built-in stepper driver.
+
+    ::
+
+        with LTS150.open("COM3") as lts150:
+            lts150.home()
+            lts150.move_absolute(counts=1000)
+            print(lts150.position_counts)
 
     LTS150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
 
@@ -2073,7 +2399,7 @@ class LTS150(
     unit = UNITS["LTS150"]
 
 
-class LTS300(
+class _LTS300Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2102,7 +2428,18 @@ class LTS300(
     motor.WithMotEepromParams,
     motor.WithBowIndex,
 ):
+    """The calls of a LTS300."""
+
+
+class LTS300(_LTS300Calls):
     """Long travel stage with a built-in stepper driver.
+
+    ::
+
+        with LTS300.open("COM3") as lts300:
+            lts300.home()
+            lts300.move_absolute(counts=1000)
+            print(lts300.position_counts)
 
     LTS300, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
 
@@ -2116,7 +2453,7 @@ class LTS300(
     unit = UNITS["LTS300"]
 
 
-class MFF101(
+class _MFF101Calls(
     PositionsDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2127,6 +2464,10 @@ class MFF101(
     motor.WithMotEepromParams,
     flipper.WithMffOperParams,
 ):
+    """The calls of a MFF101."""
+
+
+class MFF101(_MFF101Calls):
     """Motorized filter flipper.
 
     MFF101, Issue 37, page 20. Its messages: the printed list, Issue 37, page 20.
@@ -2143,7 +2484,7 @@ class MFF101(
     unit = UNITS["MFF101"]
 
 
-class MFF102(
+class _MFF102Calls(
     PositionsDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2154,6 +2495,10 @@ class MFF102(
     motor.WithMotEepromParams,
     flipper.WithMffOperParams,
 ):
+    """The calls of a MFF102."""
+
+
+class MFF102(_MFF102Calls):
     """Motorized filter flipper.
 
     MFF102, Issue 37, page 20. Its messages: the printed list, Issue 37, page 20.
@@ -2167,7 +2512,7 @@ class MFF102(
     unit = UNITS["MFF102"]
 
 
-class MLJ050(
+class _MLJ050Calls(
     SingleChannelDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2194,7 +2539,18 @@ class MLJ050(
     motor.WithMotEepromParams,
     motor.WithBowIndex,
 ):
+    """The calls of a MLJ050."""
+
+
+class MLJ050(_MLJ050Calls):
     """Motorized labjack with a built-in stepper driver.
+
+    ::
+
+        with MLJ050.open("COM3") as mlj050:
+            mlj050.home()
+            mlj050.move_absolute(counts=1000)
+            print(mlj050.position_counts)
 
     MLJ050, Issue 37, page 33. Its messages: the printed list, Issue 37, page 19.
 
@@ -2208,7 +2564,7 @@ class MLJ050(
     unit = UNITS["MLJ050"]
 
 
-class MLJ150(
+class _MLJ150Calls(
     SingleChannelDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2235,7 +2591,18 @@ class MLJ150(
     motor.WithMotEepromParams,
     motor.WithBowIndex,
 ):
+    """The calls of a MLJ150."""
+
+
+class MLJ150(_MLJ150Calls):
     """Motorized labjack with a built-in stepper driver.
+
+    ::
+
+        with MLJ150.open("COM3") as mlj150:
+            mlj150.home()
+            mlj150.move_absolute(counts=1000)
+            print(mlj150.position_counts)
 
     MLJ150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 19.
 
@@ -2268,7 +2635,7 @@ class MPZ601Channel(
     """One channel of a MPZ601."""
 
 
-class MPZ601(
+class _MPZ601Calls(
     ModuleDevice[MPZ601Channel],
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2278,6 +2645,10 @@ class MPZ601(
     piezo.CanAckPzStatusUpdate,
     piezo.WithLutValueType,
 ):
+    """The calls of a MPZ601."""
+
+
+class MPZ601(_MPZ601Calls):
     """Two-channel modular piezo driver.
 
     MPZ601, Issue 3, page 93. Its messages: the printed list, Issue 3, page 135.
@@ -2318,7 +2689,7 @@ class MST601Channel(
     """One channel of a MST601."""
 
 
-class MST601(
+class _MST601Calls(
     ModuleDevice[MST601Channel],
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2330,7 +2701,18 @@ class MST601(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
+    """The calls of a MST601."""
+
+
+class MST601(_MST601Calls):
     """Two-channel modular stepper driver.
+
+    ::
+
+        with MST601.open("COM3", stage="DRV001") as mst601:
+            mst601.channel(1).home()
+            mst601.channel(1).move_absolute(mm=1)
+            print(mst601.channel(1).position)
 
     MST601, Issue 3, page 27. Its messages: those of its family modular_stepper: No list is printed.
     Like card_slot_stepper, except HW_DISCONNECT: a module has no USB node, and the list of the
@@ -2371,7 +2753,7 @@ class MST602Channel(
     """One channel of a MST602."""
 
 
-class MST602(
+class _MST602Calls(
     ModuleDevice[MST602Channel],
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2383,7 +2765,18 @@ class MST602(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
+    """The calls of a MST602."""
+
+
+class MST602(_MST602Calls):
     """Two-channel modular stepper driver (since 2013).
+
+    ::
+
+        with MST602.open("COM3", stage="DRV001") as mst602:
+            mst602.channel(1).home()
+            mst602.channel(1).move_absolute(mm=1)
+            print(mst602.channel(1).position)
 
     MST602, Issue 37, page 61. Its messages: those of its family modular_stepper_2013: No list is
     printed. Like modular_stepper, plus the power of the phases (page 71), but without
@@ -2399,7 +2792,7 @@ class MST602(
     channel_class = MST602Channel
 
 
-class ODC001(
+class _ODC001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2432,7 +2825,18 @@ class ODC001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
+    """The calls of a ODC001."""
+
+
+class ODC001(_ODC001Calls):
     """One-channel cube DC servo driver.
+
+    ::
+
+        with ODC001.open("COM3") as odc001:
+            odc001.home()
+            odc001.move_absolute(counts=1000)
+            print(odc001.position_counts)
 
     ODC001, Issue 3, page 27. Its messages: those of its family dc_servo_opto: No list is printed.
     Like the TDC001, except the LM628 PID (page 51: TDC001 only), plus HW_DISCONNECT and
@@ -2445,7 +2849,7 @@ class ODC001(
     unit = UNITS["ODC001"]
 
 
-class OST001(
+class _OST001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2478,7 +2882,18 @@ class OST001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
+    """The calls of a OST001."""
+
+
+class OST001(_OST001Calls):
     """One-channel cube stepper driver.
+
+    ::
+
+        with OST001.open("COM3", stage="APT_STEPPER") as ost001:
+            ost001.home()
+            ost001.move_absolute(mm=1)
+            print(ost001.position)
 
     OST001, Issue 3, page 27. Its messages: those of its family opto_stepper: No list is printed.
     Like benchtop_stepper, plus the LED, potentiometer and buttons of the control keypad.
@@ -2490,7 +2905,7 @@ class OST001(
     unit = UNITS["OST001"]
 
 
-class TBD001(
+class _TBD001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2531,7 +2946,18 @@ class TBD001(
     motor.WithPmdStageAxisParams,
     motor.WithTrigger,
 ):
+    """The calls of a TBD001."""
+
+
+class TBD001(_TBD001Calls):
     """One-channel T-Cube brushless DC driver.
+
+    ::
+
+        with TBD001.open("COM3", stage="DDSM100") as tbd001:
+            tbd001.home()
+            tbd001.move_absolute(mm=1)
+            print(tbd001.position)
 
     TBD001, Issue 37, page 61. Its messages: the printed list, Issue 37, page 21.
 
@@ -2542,7 +2968,7 @@ class TBD001(
     unit = UNITS["TBD001"]
 
 
-class TDC001(
+class _TDC001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2577,7 +3003,18 @@ class TDC001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
+    """The calls of a TDC001."""
+
+
+class TDC001(_TDC001Calls):
     """One-channel T-Cube DC servo driver.
+
+    ::
+
+        with TDC001.open("COM3", stage="MTS25-Z8") as tdc001:
+            tdc001.home()
+            tdc001.move_absolute(mm=1)
+            print(tdc001.position)
 
     TDC001, Issue 3, page 27. Its messages: the printed list, Issue 37, page 8.
 
@@ -2589,7 +3026,7 @@ class TDC001(
     unit = UNITS["TDC001"]
 
 
-class TPZ001(
+class _TPZ001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2610,6 +3047,10 @@ class TPZ001(
     piezo.WithTpzDispSettings,
     piezo.WithTpzIoSettings,
 ):
+    """The calls of a TPZ001."""
+
+
+class TPZ001(_TPZ001Calls):
     """One-channel T-Cube piezo driver.
 
     TPZ001, Issue 3, page 93. Its messages: the printed list, Issue 3, page 133.
@@ -2623,7 +3064,7 @@ class TPZ001(
     unit = UNITS["TPZ001"]
 
 
-class TSC001(
+class _TSC001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2642,6 +3083,10 @@ class TSC001(
     solenoid.WithSolInterlockMode,
     solenoid.WithSolState,
 ):
+    """The calls of a TSC001."""
+
+
+class TSC001(_TSC001Calls):
     """One-channel T-Cube solenoid driver.
 
     TSC001, Issue 3, page 27. Its messages: the printed list, Issue 3, page 138.
@@ -2655,7 +3100,7 @@ class TSC001(
     unit = UNITS["TSC001"]
 
 
-class TSG001(
+class _TSG001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2672,6 +3117,10 @@ class TSG001(
     piezo.WithTsgIoSettings,
     piezo.WithTsgReading,
 ):
+    """The calls of a TSG001."""
+
+
+class TSG001(_TSG001Calls):
     """One-channel T-Cube strain gauge reader.
 
     TSG001, Issue 3, page 93. Its messages: the printed list, Issue 3, page 134.
@@ -2684,7 +3133,7 @@ class TSG001(
     unit = UNITS["TSG001"]
 
 
-class TST001(
+class _TST001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
     generic.WithInfo,
@@ -2719,7 +3168,18 @@ class TST001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
+    """The calls of a TST001."""
+
+
+class TST001(_TST001Calls):
     """One-channel T-Cube stepper driver.
+
+    ::
+
+        with TST001.open("COM3", stage="DRV001") as tst001:
+            tst001.home()
+            tst001.move_absolute(mm=1)
+            print(tst001.position)
 
     TST001, Issue 3, page 27. Its messages: those of its family cube_stepper: No list is printed.
     Like opto_stepper, plus the HUB messages, which read the bay of a T-Cube (page 24). The lists of
@@ -2730,7 +3190,7 @@ class TST001(
     unit = UNITS["TST001"]
 
 
-class TST101(
+class _TST101Calls(
     SingleChannelDevice,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2762,7 +3222,18 @@ class TST101(
     motor.WithMotEepromParams,
     motor.WithTstActuatorType,
 ):
+    """The calls of a TST101."""
+
+
+class TST101(_TST101Calls):
     """One-channel T-Cube stepper driver with 2048 microsteps.
+
+    ::
+
+        with TST101.open("COM3", stage="DRV001") as tst101:
+            tst101.home()
+            tst101.move_absolute(mm=1)
+            print(tst101.position)
 
     TST101, Issue 37, page 13. Its messages: the printed lists, Issue 37, pages 13, 14.
 

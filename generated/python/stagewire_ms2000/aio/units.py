@@ -39,7 +39,7 @@ class MFC2000Axis(
     """One axis of a MFC2000 for asyncio."""
 
 
-class MFC2000(
+class _MFC2000Calls(
     AxesDevice[MFC2000Axis],
     setup.CanSwitchToHighLevel,
     setup.CanSwitchToLowLevel,
@@ -47,6 +47,10 @@ class MFC2000(
     setup.CanResetController,
     setup.CanWhereInTenths,
 ):
+    """The calls of a MFC2000 for asyncio."""
+
+
+class MFC2000(_MFC2000Calls):
     """MFC-2000 controller for asyncio.
 
     MFC2000, section Setup control commands. Its messages: those of its family low_level: Section 1
@@ -89,7 +93,7 @@ class MS2000Axis(
     """One axis of a MS2000 for asyncio."""
 
 
-class MS2000(
+class _MS2000Calls(
     AxesDevice[MS2000Axis],
     setup.CanSwitchToHighLevel,
     setup.CanSwitchToLowLevel,
@@ -97,6 +101,10 @@ class MS2000(
     setup.CanResetController,
     setup.CanWhereInTenths,
 ):
+    """The calls of a MS2000 for asyncio."""
+
+
+class MS2000(_MS2000Calls):
     """MS-2000 controller for asyncio.
 
     MS2000, section Setup control commands. Its messages: those of its family low_level: Section 1

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from stagewire_generator.framing import FRAMINGS
 from stagewire_generator.model import Json, Protocol
+from stagewire_generator.model_scales import Conflict, Stage
 from stagewire_generator.targets.documentation import evidence_text, sentence, where
 from stagewire_generator.targets.python.brackets import Import, Nested
 from stagewire_generator.targets.python.devices.documentation import part_doc
@@ -70,19 +71,27 @@ def unit_class_views(protocol: Protocol, unit: UnitPlan, kind: str) -> list[Unit
 
     :param kind: words for their docstrings, such as ``" for asyncio"``.
     """
-    return [_view(protocol, unit, plan, kind) for plan in unit.classes]
+    return [view for plan in unit.classes for view in _views(protocol, unit, plan, kind)]
 
 
-def _view(protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str) -> UnitClassView:
+def _views(
+    protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str
+) -> Iterator[UnitClassView]:
     base = f"{plan.base}[{plan.element}]" if plan.element else plan.base
     parts = [f"{part.calls[0].message.chapter}.{part.name}" for part in plan.parts]
-    head = Nested(f"class {plan.name}(", (base, *parts), "):")
+    bases = (base, *parts)
     members = []
     if plan.level == "device":
+        if parts:  # help() begins with the bases of a class: one instead of thirty
+            calls = f"_{plan.name}Calls"
+            doc = docstring(f"The calls of a {unit.name}{kind}.")
+            yield UnitClassView(calls, Nested(f"class {calls}(", bases, "):"), doc, ())
+            bases = (calls,)
         members += ["facts = FACTS", f"unit = UNITS[{literal(unit.name)}]"]
     if plan.element:
         members.append(f"{_ELEMENTS[plan.base]} = {plan.element}")
-    return UnitClassView(plan.name, head, _doc(protocol, unit, plan, kind), tuple(members))
+    head = Nested(f"class {plan.name}(", bases, "):")
+    yield UnitClassView(plan.name, head, _doc(protocol, unit, plan, kind), tuple(members))
 
 
 def _doc(protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str) -> str:
@@ -98,9 +107,45 @@ def _doc(protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str) -> str:
     ]
     parts = [
         paragraph(sentence(entry["title"].rstrip(".") + kind), 4),
+        *_example(protocol, unit, waits="await " if kind else ""),
         *(paragraph(sentence(text), 4) for text in texts if text),
     ]
     return docstring("\n\n    ".join(parts) + "\n    ")
+
+
+def _example(protocol: Protocol, unit: UnitPlan, waits: str) -> Iterator[str]:
+    """Yield the first lines of a program that moves a motor, to a position that every stage has.
+
+    :param waits: the keyword before a call that waits; empty for threads.
+    """
+    calls = {part.name for plan in unit.classes for part in plan.parts}
+    if not {"CanHome", "CanMoveAbsolute"} <= calls:
+        return
+    names = unit.entry.get("built_in") or unit.entry.get("stages", ())
+    known = [s for s in protocol.stages if s.name in names and not _contradicting(s)]
+    chosen = next((stage for stage in known if stage.catalogue), (*known, None)[0])
+    option, target, position = "", "counts=1000", "position_counts"
+    if chosen is not None:
+        target, position = ("deg=1" if chosen.rotary else "mm=1"), "position"
+        if "built_in" not in unit.entry:
+            option = f", stage={literal(next(iter(chosen.catalogue), chosen.name))}"
+    device = unit.name.lower()
+    inner = [plan.level for plan in unit.classes if plan.level != "device"]
+    part = ".".join((device, *(f"{level}(1)" for level in reversed(inner))))
+    asynchronous = "async " if waits else ""
+    yield (
+        f'::\n\n        {asynchronous}with {unit.name}.open("COM3"{option}) as {device}:\n'
+        f"            {waits}{part}.home()\n"
+        f"            {waits}{part}.move_absolute({target})\n"
+        f"            print({waits}{part}.{position})"
+    )
+
+
+def _contradicting(stage: Stage) -> bool:
+    """Return whether sources contradict each other on a scale of a stage, so that one must be chosen."""
+    return any(
+        isinstance(scale, Conflict) for scales in stage.scales.values() for scale in scales.values()
+    )
 
 
 def _place(protocol: Protocol, entry: Json) -> str:
@@ -234,7 +279,7 @@ def _side(
         classes = tuple(map(_asynchronous, views) if aio else views)
         modules.append(ModuleView(chapter, imports, names, classes))
     units = tuple(view for unit in parts.units for view in unit_class_views(protocol, unit, kind))
-    every = tuple(view.name for view in units)
+    every = tuple(view.name for view in units if not view.name.startswith("_"))
     bases = {plan.base for unit in parts.units for plan in unit.classes}
     chapters = [m.name for m in modules]
     imports = units_imports(protocol.package, package, bases, chapters, aio)
