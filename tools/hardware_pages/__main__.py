@@ -55,7 +55,7 @@ def described(root: Path) -> list[Units]:
     missing = sorted({name for p in protocols for name in p.units["units"]} - {*listed})
     if twice or missing:
         raise ValueError(
-            f"pages.toml: each unit must be on one page; on two: {', '.join(twice) or 'none'};"
+            f"pages.toml: each unit must be on one page; on more than one: {', '.join(twice) or 'none'};"
             f" on none: {', '.join(missing) or 'none'}"
         )
     return found

@@ -62,7 +62,9 @@ class Units:
         self._stages = {stage.name: stage for stage in protocol.stages}
         known = {name for unit in self.entries.values() for name in unit.get("stages", ())}
         if strange := sorted({*page.stages} - known):
-            raise ValueError(f"{page.file}: no unit of the page has the stage {', '.join(strange)}")
+            raise ValueError(
+                f"{page.file}: unknown stage for the units of this page: {', '.join(strange)}"
+            )
 
     # The row of README.md.
 
