@@ -325,6 +325,7 @@ async def explained(endpoint: Endpoint, error: Unended, seconds: float) -> Unend
         causes += [state.cause for state in endpoint.connection.unit.hindered(values.message)]
         told = told or values.told(endpoint.connection.channel_field(type(values.message)))
     if causes:
+        causes = list(dict.fromkeys(causes))  # a status may show what was known before
         return _with(error, f"likely cause: {'; '.join(causes)}", tuple(causes))
     return _with(error, f"the status shows no cause: {told}", ()) if told else error
 
