@@ -49,9 +49,7 @@ class PartBase:
             inside = getattr(type(self), attribute, None)
             has_it = not name.startswith("_") and hasattr(inside, name)
             where = f"; use {call}.{name}" if has_it else ""
-            raise AttributeError(
-                f"a {type(self).__name__} has no {name}{where}", name=name, obj=self
-            )
+            raise AttributeError(f"{type(self).__name__} has no {name}{where}", name=name, obj=self)
 
     def __repr__(self) -> str:
         return f"<{self._at.name} at {self._at.connection.url}>"
