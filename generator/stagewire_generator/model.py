@@ -96,7 +96,7 @@ class Message:
     firmware: tuple[Firmware, ...] = ()
     group: str = ""  # its first word, if that names a group of messages
     addressee: str = ""  # motherboard | unit | every; empty for the controller in a bay
-    tells: str = ""  # the information that it reports: identity | bays
+    tells: str = ""  # the information that it reports: identity | bays | counter
     call: Json = field(default_factory=dict)  # method name, and defaults of its arguments
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # other name -> its words
     later_pages: Mapping[str, int] = field(default_factory=dict)  # overlay -> page in its document

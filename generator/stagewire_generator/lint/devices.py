@@ -191,7 +191,7 @@ def _tells(protocol: Protocol, diagnostics: Diagnostics) -> None:
     for owner in protocol.sets:
         members = [m for m in protocol.messages if m.set and m.set[0] == owner.name and m.tells]
         for tells in {member.tells for member in members}:
-            if tells in told:
+            if tells in told and tells != "counter":
                 what = f"{owner.name} and {told[tells]} both have `tells: {tells}`"
                 diagnostics.add(owner.place, "SW020", what)
             told[tells] = owner.name

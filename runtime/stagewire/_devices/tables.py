@@ -96,6 +96,9 @@ class ParameterSet(Generic[V]):
     :param others: replies of other lengths, each with the message that writes the set in that length.
     :param motherboard: whether its messages always go to the motherboard of the rack.
     :param forms: messages of other lengths that write the set, each with the contexts that require it.
+    :param effect: effect of writing it: ``settings``, a lasting value; ``tuning``, a control loop or the
+        drive of a motor; ``motion``, something moves, opens or changes its output; ``counter``, the zero of a
+        count that each motion changes.
     """
 
     name: str
@@ -108,6 +111,7 @@ class ParameterSet(Generic[V]):
     others: tuple[tuple[type[Message], type[Message] | None], ...] = ()
     motherboard: bool = False
     forms: tuple[tuple[type[Message], Mapping[str, str]], ...] = ()
+    effect: str = "settings"
 
     def written_in(self, contexts: Mapping[str, str]) -> type[Message] | None:
         """Return the message that writes the set on a controller with these contexts."""

@@ -143,6 +143,7 @@ CHAN_ENABLE_STATE = ParameterSet(
     req=m.ModReqChanEnableState,
     get=m.ModGetChanEnableState,
     given=(Given("enable_state", "enable_state", choices=e.EnableState, minimum=0, maximum=255),),
+    effect="motion",
 )
 
 MOD_DIG_OUTPUTS = ParameterSet(
@@ -152,6 +153,7 @@ MOD_DIG_OUTPUTS = ParameterSet(
     req=m.ModReqDigOutputs,
     get=m.ModGetDigOutputs,
     given=(Given("bit", "bit", choices=f.ControlIoOutputs, minimum=0, maximum=255),),
+    effect="motion",
 )
 
 RACK_STATUS_BITS = ParameterSet(
@@ -169,6 +171,7 @@ RACK_DIG_OUTPUTS = ParameterSet(
     req=m.RackReqDigOutputs,
     get=m.RackGetDigOutputs,
     given=(Given("dig_op", "dig_op", choices=f.RackDigitalOutputs, minimum=0, maximum=255),),
+    effect="motion",
 )
 
 KCUBE_MMI_LOCK = ParameterSet(
@@ -263,6 +266,7 @@ MOT_TRIG_IO_CONFIG = ParameterSet(
         Given("num_cycles", "num_cycles", minimum=-2147483648, maximum=2147483647),
     ),
     others=((m.MotGetMotTrigIoConfigShort, m.MotSetMotTrigIoConfigShort),),
+    effect="motion",
 )
 
 IO_CONFIG = ParameterSet(
@@ -277,6 +281,7 @@ IO_CONFIG = ParameterSet(
         Given("out_source", "out_source", choices=e.IoOutputSource, minimum=0, maximum=65535),
     ),
     asked=(Given("io_port", "io_port", choices=e.IoPort, minimum=0, maximum=255),),
+    effect="motion",
 )
 
 AUX_IO_CONFIG = ParameterSet(
@@ -291,6 +296,7 @@ AUX_IO_CONFIG = ParameterSet(
         Given("sw_source", "sw_source", choices=e.AuxPortState, minimum=0, maximum=65535),
     ),
     asked=(Given("out_port", "out_port", choices=f.AuxOutputPortMask, minimum=0, maximum=255),),
+    effect="motion",
 )
 
 ANALOG_MONITOR_CONFIG = ParameterSet(
@@ -313,6 +319,7 @@ ANALOG_MONITOR_CONFIG = ParameterSet(
         Given("scale", "scale", minimum=-2147483648, maximum=2147483647),
         Given("offset", "offset", minimum=-2147483648, maximum=2147483647),
     ),
+    effect="motion",
 )
 
 POS_TRIG_EN_STATE = ParameterSet(
@@ -322,6 +329,7 @@ POS_TRIG_EN_STATE = ParameterSet(
     req=m.MotReqPosTrigEnState,
     get=m.MotGetPosTrigEnState,
     given=(Given("state", "state", choices=e.PositionTriggerState, minimum=0, maximum=255),),
+    effect="motion",
 )
 
 ENC_COUNTER = ParameterSet(
@@ -340,6 +348,7 @@ ENC_COUNTER = ParameterSet(
             maximum=2147483647,
         ),
     ),
+    effect="counter",
 )
 
 POS_COUNTER = ParameterSet(
@@ -358,6 +367,7 @@ POS_COUNTER = ParameterSet(
             maximum=2147483647,
         ),
     ),
+    effect="counter",
 )
 
 VEL_PARAMS = ParameterSet(
@@ -531,6 +541,7 @@ POWER_PARAMS = ParameterSet(
             maximum=100,
         ),
     ),
+    effect="motion",
 )
 
 MOT_STATUS_BITS = ParameterSet(
@@ -674,6 +685,7 @@ DC_PID_PARAMS = ParameterSet(
         Given("integral_limit", "integral_limit", minimum=0, maximum=32767),
         Given("filter_control", "filter_control", minimum=0, maximum=65535),
     ),
+    effect="tuning",
 )
 
 POT_PARAMS = ParameterSet(
@@ -788,6 +800,7 @@ PMD_CURRENT_LOOP_PARAMS = ParameterSet(
         Given("i_dead_band", "i_dead_band", minimum=0, maximum=32767),
         Given("kff", "kff", minimum=0, maximum=32767),
     ),
+    effect="tuning",
 )
 
 PMD_POSITION_LOOP_PARAMS = ParameterSet(
@@ -828,6 +841,7 @@ PMD_POSITION_LOOP_PARAMS = ParameterSet(
             maximum=2147483647,
         ),
     ),
+    effect="tuning",
 )
 
 PMD_MOTOR_OUTPUT_PARAMS = ParameterSet(
@@ -863,6 +877,7 @@ PMD_MOTOR_OUTPUT_PARAMS = ParameterSet(
         ),
         Given("motor_bias", "motor_bias", minimum=-32767, maximum=32767),
     ),
+    effect="tuning",
 )
 
 PMD_TRACK_SETTLE_PARAMS = ParameterSet(
@@ -987,6 +1002,7 @@ PMD_SETTLED_CURRENT_LOOP_PARAMS = ParameterSet(
         Given("i_dead_band_settled", "i_dead_band_settled", minimum=0, maximum=32767),
         Given("kff_settled", "kff_settled", minimum=0, maximum=32767),
     ),
+    effect="tuning",
 )
 
 PMD_STAGE_AXIS_PARAMS = ParameterSet(
@@ -1068,6 +1084,7 @@ TRIGGER = ParameterSet(
     req=m.MotReqTrigger,
     get=m.MotGetTrigger,
     given=(Given("mode", "mode", choices=f.TriggerMode, minimum=0, maximum=255),),
+    effect="motion",
 )
 
 KCUBE_MMI_PARAMS = ParameterSet(
@@ -1183,6 +1200,7 @@ KCUBE_TRIG_IO_CONFIG = ParameterSet(
         ),
     ),
     others=((m.MotGetKcubeTrigIoConfigShort, m.MotSetKcubeTrigIoConfigShort),),
+    effect="motion",
 )
 
 KCUBE_POS_TRIG_PARAMS = ParameterSet(
@@ -1254,6 +1272,7 @@ KCUBE_KST_LOOP_PARAMS = ParameterSet(
         Given("pid_tol", "pid_tol", minimum=-2147483648, maximum=2147483647),
         Given("encoder_const", "encoder_const", minimum=0, maximum=4294967295),
     ),
+    effect="tuning",
 )
 
 LCD_DISPLAY_PARAMS = ParameterSet(
@@ -1470,6 +1489,7 @@ SOL_OPERATING_MODE = ParameterSet(
             maximum=255,
         ),
     ),
+    effect="motion",
 )
 
 SOL_CYCLE_PARAMS = ParameterSet(
@@ -1516,6 +1536,7 @@ SOL_INTERLOCK_MODE = ParameterSet(
             maximum=255,
         ),
     ),
+    effect="motion",
 )
 
 SOL_STATE = ParameterSet(
@@ -1525,6 +1546,7 @@ SOL_STATE = ParameterSet(
     req=m.MotReqSolState,
     get=m.MotGetSolState,
     given=(Given("state", "state", choices=e.SolenoidState, minimum=0, maximum=255),),
+    effect="motion",
 )
 
 POS_CONTROL_MODE = ParameterSet(
@@ -1534,6 +1556,7 @@ POS_CONTROL_MODE = ParameterSet(
     req=m.PzReqPosControlMode,
     get=m.PzGetPosControlMode,
     given=(Given("mode", "mode", choices=e.PositionControlMode, minimum=0, maximum=255),),
+    effect="motion",
 )
 
 OUTPUT_VOLTS = ParameterSet(
@@ -1552,6 +1575,7 @@ OUTPUT_VOLTS = ParameterSet(
             maximum=32767,
         ),
     ),
+    effect="motion",
 )
 
 OUTPUT_POS = ParameterSet(
@@ -1570,6 +1594,7 @@ OUTPUT_POS = ParameterSet(
             maximum=32767,
         ),
     ),
+    effect="motion",
 )
 
 MAX_TRAVEL = ParameterSet(
@@ -1587,6 +1612,7 @@ INPUT_VOLTS_SRC = ParameterSet(
     req=m.PzReqInputVoltsSrc,
     get=m.PzGetInputVoltsSrc,
     given=(Given("volt_src", "volt_src", choices=f.InputVoltsSource, minimum=0, maximum=65535),),
+    effect="motion",
 )
 
 PI_CONSTS = ParameterSet(
@@ -1599,6 +1625,7 @@ PI_CONSTS = ParameterSet(
         Given("prop_const", "prop_const", minimum=0, maximum=255),
         Given("int_const", "int_const", minimum=0, maximum=255),
     ),
+    effect="tuning",
 )
 
 PZ_STATUS_BITS = ParameterSet(
@@ -1632,6 +1659,7 @@ IO_SETTINGS = ParameterSet(
             maximum=65535,
         ),
     ),
+    effect="motion",
 )
 
 OUTPUT_MAX_VOLTS = ParameterSet(
@@ -1651,6 +1679,7 @@ OUTPUT_MAX_VOLTS = ParameterSet(
         ),
         Given("flags", "flags", choices=f.OutputMaxVoltsFlags, open=True, minimum=0, maximum=65535),
     ),
+    effect="motion",
 )
 
 TPZ_SLEW_RATES = ParameterSet(
@@ -1791,6 +1820,7 @@ TPZ_IO_SETTINGS = ParameterSet(
             maximum=65535,
         ),
     ),
+    effect="motion",
 )
 
 TSG_IO_SETTINGS = ParameterSet(
@@ -1817,6 +1847,7 @@ TSG_IO_SETTINGS = ParameterSet(
             maximum=65535,
         ),
     ),
+    effect="motion",
 )
 
 TSG_READING = ParameterSet(
@@ -1890,6 +1921,7 @@ MFF_OPER_PARAMS = ParameterSet(
             maximum=200,
         ),
     ),
+    effect="motion",
 )
 
 STOP = Action(

@@ -5,10 +5,11 @@ The devices are in :mod:`stagewire._devices.asynchronous.devices`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Generic, TypeVar, overload
 
 from stagewire._codec.events import Event
-from stagewire._devices.asynchronous import calls, defaults, motion, readiness, status
+from stagewire._devices.asynchronous import calls, defaults, motion, readiness, snapshots, status
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.event_filter import EventFilter, First, Second, Third
 from stagewire._devices.structure import ChannelsBase, PartBase
@@ -219,6 +220,40 @@ class Channel(Part):
         errors of :meth:`is_enabled`.
         """
         await readiness.switch_channel(self._at, timeout, on=False)
+
+    async def snapshot(self, *, timeout: float | None = None) -> dict[str, Any]:
+        """Read all settings of this channel, and return them as plain data.
+
+        ``{"unit": "KDC101", "settings": {"vel_params": {"max_velocity": 767367, …}, …}}``: numbers in counts,
+        by the names of the ``set_`` methods and of their keywords. It can be stored as JSON. A set that the
+        controller does not report is left out, with a warning in the log. Position and encoder counters are
+        no settings.
+
+        :param timeout: of each request, in seconds.
+        """
+        return await snapshots.snapshot(self._at, timeout)
+
+    async def restore(
+        self,
+        snapshot: Mapping[str, Any],
+        *,
+        tuning: bool = False,
+        timeout: float | None = None,
+    ) -> tuple[str, ...]:
+        """Write back the settings of a snapshot that differ from those that the controller has now.
+
+        Nothing moves: sets that open, move, enable or change an output are not written. Control loops and the
+        drive of motors are written only with ``tuning=True``. All values are checked before the first set is
+        written. Nothing is saved permanently.
+
+        :param timeout: of each request, in seconds.
+        :return: the names of the sets that were written.
+
+        Raise :class:`~stagewire.errors.BadValueError` for anything but a snapshot of the same unit,
+        :class:`~stagewire.errors.OutOfRangeError`, and :class:`~stagewire.errors.LimitError` for a value
+        above a limit of the stage.
+        """
+        return await snapshots.restore(self._at, snapshot, timeout, tuning=tuning)
 
     async def apply_stage_defaults(
         self, *, timeout: float | None = None

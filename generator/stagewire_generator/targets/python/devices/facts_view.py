@@ -237,7 +237,7 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
         "aliases=ALIASES",
     ]
     for made in tables.calls:
-        if made.message.tells:
+        if made.message.tells in _TOLD:
             facts.append(f"{_TOLD[made.message.tells]}=t.{made.constant}")
     unsupported = unsupported_entries(protocol)
     if unsupported:

@@ -106,6 +106,11 @@ class TableWriter:
             forms = tuple(_sent(call.members["set"]))
             if forms:
                 yield Nested("forms=(", forms, ")")
+            effect = call.members["set"].effect
+            if call.message.tells == "counter":
+                effect = "counter"
+            if effect != "settings":
+                yield f"effect={literal(effect)}"
 
     def _query(self, call: Call) -> Iterator[Source]:
         assert call.values
