@@ -10,6 +10,7 @@ import typer
 
 from stagewire.errors import CodecError
 from stagewire.framing import End
+from stagewire_cli import completion
 from stagewire_cli.decoding import Counts, Decoding, opened
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.formats.format import Format, check_format, writing
@@ -62,7 +63,12 @@ def decode(
     ] = None,
     command: Annotated[
         str | None,
-        typer.Option("--command", metavar="NAME", help="Decode the reply to this command."),
+        typer.Option(
+            "--command",
+            metavar="NAME",
+            help="Decode the reply to this command.",
+            autocompletion=completion.messages,
+        ),
     ] = None,
     end: Annotated[
         End | None,
@@ -78,6 +84,7 @@ def decode(
             "--message",
             metavar="NAME[:FORM]",
             help="Only this message; CSV and Parquet then have one column per field.",
+            autocompletion=completion.messages,
         ),
     ] = None,
     format: Annotated[

@@ -15,18 +15,24 @@ from stagewire.errors import (
     UnknownScaleError,
     UnsupportedError,
 )
+from stagewire_cli.completion import stages, units, urls
 from stagewire_cli.errors import CalledWronglyError
 
 LinkUrl = Annotated[
     str,
     typer.Argument(
-        metavar="URL", help="A port, socket://HOST:PORT, virtual://NAME or another URL."
+        metavar="URL",
+        help="A port, socket://HOST:PORT, virtual://NAME or another URL.",
+        autocompletion=urls,
     ),
 ]
 Unit = Annotated[
     str | None,
     typer.Option(
-        "--unit", metavar="NAME", help="Name of the unit, such as TDC001.  [default: detected]"
+        "--unit",
+        metavar="NAME",
+        help="Name of the unit, such as TDC001.  [default: detected]",
+        autocompletion=units,
     ),
 ]
 Bay = Annotated[
@@ -39,6 +45,7 @@ Stage = Annotated[
         "--stage",
         metavar="NAME",
         help="Stage on the controller, such as Z8; needed for mm and degrees.",
+        autocompletion=stages,
     ),
 ]
 ScaleSource = Annotated[

@@ -8,6 +8,7 @@ import typer
 
 from stagewire.errors import CodecError
 from stagewire.protocols import Protocol
+from stagewire_cli import completion
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.framings import framing_of
 from stagewire_cli.protocols import PROTOCOL_HELP, choose_by_message
@@ -28,7 +29,12 @@ Json = dict[str, Any]
 
 
 def encode(
-    message: Annotated[str, typer.Argument(help="Name of the message in the registry.")],
+    message: Annotated[
+        str,
+        typer.Argument(
+            help="Name of the message in the registry.", autocompletion=completion.messages
+        ),
+    ],
     fields: Annotated[
         list[str] | None, typer.Argument(metavar="FIELD=VALUE...", help="Raw values or names.")
     ] = None,

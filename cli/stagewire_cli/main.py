@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import importlib
 import io
 import os
 import sys
@@ -19,61 +18,39 @@ import typer
 
 import stagewire
 from stagewire.errors import StagewireError
+from stagewire_cli.commands import NAMES, Commands, add
+from stagewire_cli.completion import completed_words
 from stagewire_cli.errors import CALLED_WRONGLY, INTERRUPTED, OK, WRONG, CalledWronglyError
 from stagewire_cli.output import printable
 
-EXAMPLE = """\b
-Examples:
-  stagewire decode "53 04 06 00 D0 01 01 00 40 0D 03 00"
-  stagewire show MOT_MOVE_ABSOLUTE
-"""
-
-# The module of each sub-command, and the names of its function and its examples there.
-_COMMANDS = {
-    "check": ("check", "check", "EXAMPLE"),
-    "generate": ("generate", "generate", "EXAMPLE"),
-    "format": ("format", "format_files", "EXAMPLE"),
-    "schemas": ("generate", "schemas", "SCHEMAS_EXAMPLE"),
-    "diff": ("diff", "diff", "EXAMPLE"),
-    "show": ("show", "show", "EXAMPLE"),
-    "decode": ("decode", "decode", "EXAMPLE"),
-    "encode": ("encode", "encode", "EXAMPLE"),
-    "testee": ("testee", "testee", "EXAMPLE"),
-    "virtual": ("virtual", "virtual", "EXAMPLE"),
-    "list": ("discovery", "list_ports", "LIST_EXAMPLE"),
-    "doctor": ("discovery", "doctor", "DOCTOR_EXAMPLE"),
-    "monitor": ("monitor", "monitor", "EXAMPLE"),
-    "move": ("motion", "move", "MOVE_EXAMPLE"),
-    "home": ("motion", "home", "HOME_EXAMPLE"),
-    "jog": ("motion", "jog", "JOG_EXAMPLE"),
-    "stop": ("motion", "stop", "STOP_EXAMPLE"),
-    "conformance": ("conformance", "app", "EXAMPLE"),
-}
+_WITHOUT_COMMAND = {(), ("-h",), ("--help",), ("--version",)}
 
 
-def command(arguments: Sequence[str] = ()) -> typer.Typer:
-    """Return the command with the sub-command in the first argument, or else with all sub-commands.
+def command(arguments: Sequence[str] | None = None) -> typer.Typer:
+    """Return the command with the sub-command that the arguments name, or else with all sub-commands.
 
     Importing and describing all sub-commands takes longer than running most of them.
+
+    :param arguments: None means any.
     """
     app = typer.Typer(
         name="stagewire",
-        help="Control, simulate and test motion controllers; encode and decode their messages.",
+        cls=Commands,
+        help="Control, simulate and test motion controllers; encode and decode messages.",
         no_args_is_help=True,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
         add_completion=False,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
-    app.callback(epilog=EXAMPLE)(_options)
-    for name in set(arguments[:1]) & _COMMANDS.keys() or _COMMANDS:
-        place, function, example = _COMMANDS[name]
-        module = importlib.import_module(f"stagewire_cli.{place}")
-        called = getattr(module, function)
-        if isinstance(called, typer.Typer):
-            app.add_typer(called, name=name)
-        else:
-            app.command(name, epilog=getattr(module, example))(called)
+    app.callback()(_options)
+    words = completed_words()
+    if words is not None:
+        arguments = words
+    elif arguments is not None and tuple(arguments) in _WITHOUT_COMMAND:
+        return app
+    for name in set(arguments[:1] if arguments else ()) & set(NAMES) or NAMES:
+        add(app, name)
     return app
 
 
@@ -88,7 +65,7 @@ def _options(
         False, "--version", callback=_version, is_eager=True, help="Print the version and exit."
     ),
 ) -> None:
-    """Control, simulate and test motion controllers; encode and decode their messages."""
+    """Control, simulate and test motion controllers; encode and decode messages."""
 
 
 def run() -> None:

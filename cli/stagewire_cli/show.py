@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stagewire_cli import completion
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.framings import framing_of
 from stagewire_cli.output import console, table
@@ -50,7 +51,11 @@ _TABLES = {
 
 def show(
     name: Annotated[
-        str, typer.Argument(help="Name in any case, a message id, or a prefix of serial numbers.")
+        str,
+        typer.Argument(
+            help="Name in any case, a message id, or a prefix of serial numbers.",
+            autocompletion=completion.entries,
+        ),
     ],
     protocol: Annotated[
         str | None, typer.Option("--protocol", help="Search only this protocol.")

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from stagewire_cli import completion
 from stagewire_cli.errors import OK, WRONG, CalledWronglyError
 
 EXAMPLE = """\b
@@ -54,7 +55,11 @@ def _seconds(text: str) -> float:
 def virtual(
     units: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[UNIT]...", help="Names of units, such as TDC001; see --list."),
+        typer.Argument(
+            metavar="[UNIT]...",
+            help="Names of units, such as TDC001; see --list.",
+            autocompletion=completion.units,
+        ),
     ] = None,
     bench: Annotated[
         Path | None,
@@ -96,7 +101,12 @@ def virtual(
     ] = None,
     stage: Annotated[
         str | None,
-        typer.Option("--stage", metavar="NAME", help="Stage on the controller, such as Z8."),
+        typer.Option(
+            "--stage",
+            metavar="NAME",
+            help="Stage on the controller, such as Z8.",
+            autocompletion=completion.stages,
+        ),
     ] = None,
     travel: Annotated[
         int | None,

@@ -17,13 +17,14 @@ import stagewire as library
 from parts import every_nth
 from stagewire.errors import StagewireError
 from stagewire_cli import main as command
-from stagewire_cli import show
+from stagewire_cli import commands, show
+from stagewire_cli.commands import NAMES
 
 if TYPE_CHECKING:
     from conftest import Stagewire
 
 COMMANDS = [
-    *command._COMMANDS,
+    *NAMES,
     *(f"conformance {name}" for name in ("examples", "codec", "device", "pics", "rules")),
 ]
 RUN = "from stagewire_cli.main import run; run()"
@@ -40,7 +41,22 @@ def test_help_has_an_example(stagewire: Stagewire, name: str) -> None:
     result = stagewire(*name.split(), "--help")
     assert result.code == 0
     assert "Example" in result.out
-    assert "    stagewire " in result.out or "| stagewire " in result.out
+    assert any(before + "stagewire " in result.out for before in ("    ", "| ", "Example: "))
+
+
+def test_the_help_lists_every_command_once_and_fits_a_small_terminal(stagewire: Stagewire) -> None:
+    lines = stagewire("--help").out.splitlines()
+    assert len(lines) <= 23  # the prompt needs the last of 24
+    assert max(map(len, lines)) <= 80
+    rows = [line[2:].split("  ")[0] for line in lines if line.startswith("  ")]
+    listed = [name for row in rows for name in row.split(", ")]
+    assert sorted(listed) == sorted(set(listed)) == sorted(commands._PLACES)
+    assert not [line for line in lines if line.endswith("...") and "COMMAND" not in line]
+
+
+@pytest.mark.parametrize("arguments", [[], ["-h"], ["--help"], ["--version"]])
+def test_the_help_imports_no_sub_command(arguments: list[str]) -> None:
+    assert not typer.main.get_command(command.command(arguments)).commands
 
 
 def test_version_is_printed(stagewire: Stagewire) -> None:
@@ -175,13 +191,13 @@ def test_arguments_cannot_control_the_terminal(stagewire: Stagewire, words: list
     assert "\\x1b[2" in result.err
 
 
-@pytest.mark.parametrize("name", command._COMMANDS)
+@pytest.mark.parametrize("name", NAMES)
 def test_the_help_of_a_sub_command_does_not_depend_on_imports(name: str) -> None:
     """Only the called sub-command is imported, which must not change its help."""
 
-    def said(arguments: Sequence[str]) -> str:
+    def said(arguments: Sequence[str] | None) -> str:
         group = typer.main.get_command(command.command(arguments))
         part = group.commands[name]
         return str(part.get_help(part.context_class(part, info_name=name)))
 
-    assert said([name]) == said([])
+    assert said([name]) == said(None)

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from stagewire_cli import completion
 from stagewire_cli.conformance.sheets import Html, Json, Junit, ReportFiles, listing, several
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.output import output, printable, progress
@@ -36,12 +37,19 @@ def device(
     url: Annotated[
         str | None,
         typer.Argument(
-            metavar="URL", help="A port, socket://HOST:PORT, virtual://NAME or another URL."
+            metavar="URL",
+            help="A port, socket://HOST:PORT, virtual://NAME or another URL.",
+            autocompletion=completion.urls,
         ),
     ] = None,
     unit: Annotated[
         str | None,
-        typer.Option("--unit", metavar="NAME", help="Unit to assume without a PICS."),
+        typer.Option(
+            "--unit",
+            metavar="NAME",
+            help="Unit to assume without a PICS.",
+            autocompletion=completion.units,
+        ),
     ] = None,
     pics: Annotated[
         Path | None,
