@@ -16,8 +16,8 @@ import typer
 import stagewire as library
 from parts import every_nth
 from stagewire.errors import StagewireError
-from stagewire_cli import main as command
 from stagewire_cli import commands, show
+from stagewire_cli import main as command
 from stagewire_cli.commands import NAMES
 
 if TYPE_CHECKING:
