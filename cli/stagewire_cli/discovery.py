@@ -7,6 +7,7 @@ does not answer.
 from __future__ import annotations
 
 import json
+import textwrap
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -95,6 +96,7 @@ Examples:
   stagewire doctor COM3 --unit MS2000
 """
 
+_INDENT = " " * 7
 _MARKS = {"fine": "fine ", "note": "note ", "wrong": "WRONG"}
 
 
@@ -144,6 +146,19 @@ def doctor(
 
 def _print_diagnosis(diagnosis: Diagnosis) -> None:
     about, text = printable(diagnosis.about), printable(diagnosis.text)
-    typer.echo(f"{_MARKS[diagnosis.verdict.value]}  {about}: {text}")
-    if diagnosis.advice:
-        typer.echo(f"       {printable(diagnosis.advice)}")
+    width = console().width
+    for first, line in (
+        (f"{_MARKS[diagnosis.verdict.value]}  ", f"{about}: {text}"),
+        (_INDENT, printable(diagnosis.advice)),
+    ):
+        if line:
+            typer.echo(
+                textwrap.fill(
+                    line,
+                    width,
+                    initial_indent=first,
+                    subsequent_indent=_INDENT,
+                    break_long_words=False,
+                    break_on_hyphens=False,
+                )
+            )

@@ -41,10 +41,9 @@ def console(*, error: bool = False, file: TextIO | None = None) -> Console:
 
 def table(*columns: str, right: tuple[str, ...] = ()) -> Table:
     """Return an empty table; the columns named in ``right`` are aligned to the right."""
-    from rich import box
-    from rich.table import Table
+    from stagewire_cli.tables import FittingTable
 
-    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    made = FittingTable()
     for name in columns:
         made.add_column(name, justify="right" if name in right else "left", overflow="fold")
     return made

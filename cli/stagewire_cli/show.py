@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
 import json
+import textwrap
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from stagewire_cli import completion
+from stagewire_cli.entries import Entry, Json, containing, entries_of, named, similar
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.framings import framing_of
 from stagewire_cli.output import console, table
@@ -20,148 +21,129 @@ from stagewire_conformance.registry import Registry, registry_of
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from stagewire.protocols import Protocol
+
 
 EXAMPLE = """\b
 Examples:
   stagewire show MOT_MOVE_ABSOLUTE
   stagewire show velocity
-  stagewire show 83
+  stagewire show 0453
+  stagewire show MTS25
+  stagewire show
 """
 
-Json = dict[str, Any]
-
+_FEW, _MANY = 6, 60  # names of each kind that a list shows
+_INDENTED: dict[str, Any] = {
+    "initial_indent": "  ",
+    "subsequent_indent": "  ",
+    "break_long_words": False,
+    "break_on_hyphens": False,
+}
+_PLURALS = {
+    "alias": "aliases",
+    "family": "families",
+    "quantity": "quantities",
+    "erratum": "errata",
+    "prefix": "prefixes of serial numbers",
+}
 _WITH_EVIDENCE = ("enumeration", "flag table", "quantity", "unit", "stage", "list")
 _OF_COMMANDS = ("title", "keyboard", "size", "dummy", "switches_to")
-Found = tuple[str, str, str, Json]  # protocol, kind, name, entry
-
-_TABLES = {
-    "enumeration": "enumerations",
-    "flag table": "flags",
-    "quantity": "quantities",
-    "unit": "units",
-    "alias": "aliases",
-    "unsupported unit": "unsupported",
-    "stage": "stages",
-    "controller": "controllers",
-    "list": "lists",
-    "family": "families",
-    "erratum": "errata",
-}
 
 
 def show(
-    name: Annotated[
-        str,
+    words: Annotated[
+        list[str] | None,
         typer.Argument(
-            help="Name in any case, a message id, or a prefix of serial numbers.",
+            metavar="NAME",
+            help="A name or a part of it in any case, a message id such as 0453, or a prefix of serial "
+            "numbers. Without it, everything is listed.",
             autocompletion=completion.entries,
         ),
-    ],
+    ] = None,
     protocol: Annotated[
         str | None, typer.Option("--protocol", help="Search only this protocol.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the entry as JSON.")] = False,
 ) -> None:
-    """Show what the registry says about a name.
+    """Show what the registry says about a name, or list what a part of a name fits.
 
-    Accepts the name of a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum.
+    Finds messages, parameter sets, fields, enumerations, flag tables, units, stages, quantities and errata.
     A stage may have its name in the catalogue of the vendor.
     """
+    name = " ".join(words) if words else None
     protocols = {one.name: one for one in one_or_all(protocol)}
     registries = {known: registry_of(one) for known, one in protocols.items()}
     everything = [
-        (choice, *entry) for choice, registry in registries.items() for entry in _entries(registry)
+        entry for choice, registry in registries.items() for entry in entries_of(choice, registry)
     ]
-    found = _find(name, everything)
-    if not found:
+    found = everything if name is None else named(name, everything)
+    if name is not None and not found:
+        found = containing(name, everything)
+        if len(found) != 1:
+            found = [entry for entry in found if entry.kind != "erratum"] or found
+    if not found or name == "":
         raise CalledWronglyError(
             f"nothing in the registry is named {name}{_like(name, everything)}"
         )
+    if name is None or (len(found) > 1 and not named(name, found)):
+        _list(name, found, as_json=as_json)
+    elif as_json:
+        for entry in found:
+            typer.echo(json.dumps(entry.facts, indent=2, sort_keys=True, ensure_ascii=False))
+    else:
+        for entry in found:
+            _entry(entry, registries[entry.protocol], protocols[entry.protocol])
+
+
+def _like(name: str | None, everything: list[Entry]) -> str:
+    close = similar(name or "", everything)
+    meant = f"; did you mean {' or '.join(close)}?" if close else ""
+    return f"{meant or '.'}\nstagewire show, without a name, lists everything"
+
+
+def _list(name: str | None, found: list[Entry], *, as_json: bool) -> None:
+    """List names by kind; of everything, only some of each kind."""
+    kinds: dict[str, list[str]] = {}
+    for entry in found:
+        kinds.setdefault(entry.kind, []).append(entry.name)
     if as_json:
-        for _, _, _, entry in found:
-            typer.echo(json.dumps(entry, indent=2, sort_keys=True, ensure_ascii=False))
+        typer.echo(json.dumps(kinds, indent=2, ensure_ascii=False))
         return
     out = console()
-    for choice, kind, known, entry in found:
-        out.print(f"{kind} {known} ({choice})", style="bold")
-        registry = registries[choice]
-        if kind == "message":
-            _message(out, registry, entry)
-            _evidence(out, registry, entry)
-            framing = framing_of(protocols[choice])
-            if framing is not None and entry["id"] is not None:
-                framing.show(out, entry["id"])
-            continue
-        placed = _placed(entry, registry)
-        if kind in _WITH_EVIDENCE:
-            placed = {key: value for key, value in placed.items() if key != "evidence"}
-        if kind == "enumeration":
-            _values(out, placed)
-        elif kind == "flag table":
-            _bits(out, placed)
-        else:
-            _plain(out, placed)
-        if kind in _WITH_EVIDENCE:
-            _evidence(out, registry, entry)
+    width = min(out.width, 100)
+    for kind, names in kinds.items():
+        out.print(f"{_PLURALS.get(kind, f'{kind}s')} ({len(names)})", style="bold")
+        shown = names[:_FEW] if name is None else names[:_MANY]
+        more = f", and {len(names) - len(shown)} more" if len(names) > len(shown) else ""
+        out.print(textwrap.fill(f"{', '.join(shown)}{more}", width, **_INDENTED), soft_wrap=True)
+    if name is None:
+        out.print("\nstagewire show NAME shows an entry, or lists the names that contain a text.")
+        out.print("--json lists all names.")
 
 
-def _entries(registry: Registry) -> Iterator[tuple[str, str, Json]]:
-    for name, entry in registry.messages.items():
-        yield "message", name, entry
-    for name, members in registry.table("sets").items():
-        yield "parameter set", name, {"messages": members}
-    for kind, key in _TABLES.items():
-        for name, entry in registry.table(key).items():
-            yield kind, name, entry
-    yield from (("prefix", prefix, entry) for prefix, entry in _prefixes(registry).items())
-
-
-def _prefixes(registry: Registry) -> dict[str, Json]:
-    """Return each prefix of serial numbers with the units that have it, and further known facts."""
-    owners: dict[str, list[str]] = {}
-    for kind in ("units", "unsupported"):
-        for name, entry in registry.table(kind).items():
-            own = [entry[key] for key in ("usb_prefix", "card_usb_prefix") if key in entry]
-            for prefix in dict.fromkeys(map(str, [*own, *entry.get("prefixes", ())])):
-                owners.setdefault(prefix, []).append(name)
-    known = registry.table("known_prefixes")
-    for prefix, entry in known.items():
-        names = [entry["unit"], *entry.get("shared_with", ())]
-        owners[prefix] = list(dict.fromkeys([*owners.get(prefix, ()), *names]))
-    shown = ("distinguished_by", "source", "note")
-    return {
-        prefix: {
-            "units": names,
-            **{key: known[prefix][key] for key in shown if key in known.get(prefix, {})},
-        }
-        for prefix, names in owners.items()
-    }
-
-
-def _find(name: str, everything: list[Found]) -> list[Found]:
-    wanted = name.strip().lower()
-    for candidate in (wanted, wanted.partition("_")[2]):  # with and without a prefix like MGMSG_
-        found = [entry for entry in everything if candidate and candidate in _names(entry)]
-        if found:
-            return found
-    try:
-        id = int(wanted, 16) if wanted.startswith("0x") else None
-    except ValueError:
-        id = None
-    return [e for e in everything if id is not None and e[1] == "message" and e[3]["id"] == id]
-
-
-def _names(found: Found) -> list[str]:
-    """Return the name of an entry and its other names, in lower case."""
-    entry = found[3]
-    others = (*entry.get("aliases", ()), *entry.get("catalogue", ()))
-    return [name.lower() for name in (found[2], *others)]
-
-
-def _like(name: str, everything: list[Found]) -> str:
-    names = {name: entry[2] for entry in everything for name in _names(entry)}
-    close = difflib.get_close_matches(name.lower()[:80], names, n=3)
-    return f"; did you mean {' or '.join(names[word] for word in close)}?" if close else ""
+def _entry(entry: Entry, registry: Registry, protocol: Protocol) -> None:
+    """Print an entry."""
+    out = console()
+    out.print(f"{entry.kind} {entry.name} ({entry.protocol})", style="bold")
+    if entry.kind == "message":
+        _message(out, registry, entry.facts)
+        _evidence(out, registry, entry.facts)
+        framing = framing_of(protocol)
+        if framing is not None and entry.facts["id"] is not None:
+            framing.show(out, entry.facts["id"])
+        return
+    placed = _placed(entry.facts, registry)
+    if entry.kind in _WITH_EVIDENCE:
+        placed = {key: value for key, value in placed.items() if key != "evidence"}
+    if entry.kind == "enumeration":
+        _values(out, placed)
+    elif entry.kind == "flag table":
+        _bits(out, placed)
+    else:
+        _plain(out, placed)
+    if entry.kind in _WITH_EVIDENCE:
+        _evidence(out, registry, entry.facts)
 
 
 def _message(out: Console, registry: Registry, entry: Json) -> None:

@@ -25,7 +25,7 @@ def a_computer_with_nothing_plugged_in(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_computer_without_controllers_is_diagnosed(stagewire: Stagewire) -> None:
     result = stagewire("doctor")
     assert result.code == 1
-    first, advice = result.out.splitlines()
+    first, advice, *_ = result.out.splitlines()
     assert first.startswith("WRONG  USB: no controller found")
     assert advice.startswith("       check that it is switched on")
 
@@ -48,7 +48,20 @@ def test_a_controller_that_answers_is_fine(stagewire: Stagewire) -> None:
     result = stagewire("doctor", "virtual://BBD102")
     assert result.code == 0
     assert result.out.startswith("fine   virtual://BBD102: answers: BBD102")
-    assert result.out.endswith("bays with a module: 1, 2\n")
+    words = " ".join(result.out.split())
+    assert "bays with a module: 1, 2 " in words
+    assert words.endswith(
+        "in Python: from stagewire_apt import BBD102; bbd102 = BBD102.open('virtual://BBD102')"
+    )
+
+
+def test_lines_are_wrapped_at_the_width_of_a_terminal(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("stagewire_cli.output._PIPE_WIDTH", 40)
+    lines = stagewire("doctor", "virtual://TDC001").out.splitlines()
+    assert len(lines) > 3
+    assert all(len(line) <= 40 for line in lines)
 
 
 def test_an_unexpected_unit_is_reported(stagewire: Stagewire) -> None:

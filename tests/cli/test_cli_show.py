@@ -19,6 +19,9 @@ if TYPE_CHECKING:
         ("MOT_MOVE_ABSOLUTE", "id 0x0453, to controller, Issue 3, page 45"),
         ("mgmsg_mot_move_absolute", "absolute_distance"),
         ("0x0453", "message MOT_MOVE_ABSOLUTE"),
+        ("0453", "message MOT_MOVE_ABSOLUTE"),
+        ("move_absolut", "message MOT_MOVE_ABSOLUTE"),
+        ("absolute_dist", "field absolute_distance (thorlabs_apt)\nmessages: MOT_MOVE_ABSOLUTE"),
         ("mot_velparams", "MOT_REQ_VELPARAMS"),
         ("jog_mode", "CONTINUOUS"),
         ("dc_status_bits", "settled"),
@@ -71,8 +74,7 @@ def test_json(stagewire: Stagewire) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "Missing argument"),
-        (["MOT_MOVE_ABSOLUT"], "did you mean MOT_MOVE_ABSOLUTE"),
+        (["MOT_MOVE_ABSOLTE"], "did you mean MOT_MOVE_ABSOLUTE"),
         (["K10CR3"], "did you mean K10CR2"),
         (["0xZZ"], "nothing in the registry is named 0xZZ"),
         (["velocity", "--protocol", "nothing"], "no protocol nothing is installed"),
@@ -83,3 +85,33 @@ def test_wrong_arguments_are_refused(stagewire: Stagewire, arguments: list[str],
     result = stagewire("show", *arguments)
     assert result.code == 2
     assert said in result.err
+
+
+def test_a_part_of_names_lists_them_by_kind(stagewire: Stagewire) -> None:
+    assert stagewire("show", "Vel", "params").out == (
+        "messages (4)\n"
+        "  MOT_SET_VELPARAMS, MOT_REQ_VELPARAMS, MOT_GET_VELPARAMS, MOT_SET_MOVEVELPARAMS\n"
+        "parameter sets (1)\n"
+        "  MOT_VELPARAMS\n"
+    )
+
+
+def test_names_of_units_and_stages_are_found_by_a_part(stagewire: Stagewire) -> None:
+    assert "units (1)\n  KDC101\n" in stagewire("show", "KDC1").out
+    assert "stages (4)\n  Z825, Z825B, " in stagewire("show", "Z82").out
+
+
+def test_without_a_name_every_kind_is_listed(stagewire: Stagewire) -> None:
+    said = stagewire("show").out
+    registry = load_protocol("thorlabs_apt").registry()
+    assert f"stages ({len(registry['stages'])})\n" in said
+    assert {"messages", "units", "fields", "enumerations"} <= {
+        line.partition(" (")[0] for line in said.splitlines()
+    }
+    assert all(len(line) <= 100 for line in said.splitlines() if line.startswith("  "))
+
+
+def test_json_lists_all_names(stagewire: Stagewire) -> None:
+    listed = json.loads(stagewire("show", "--json").out)
+    assert "MOT_MOVE_ABSOLUTE" in listed["message"]
+    assert "LTS300" in listed["stage"]

@@ -44,7 +44,7 @@ class Diagnosis:
     :param verdict: severity.
     :param about: subject, such as a port or a URL.
     :param text: finding.
-    :param advice: what to do; empty if nothing needs to be done.
+    :param advice: what to do, or for a controller that answers, how to open it; may be empty.
     """
 
     verdict: Verdict
@@ -140,7 +140,16 @@ def _heard(found: Found) -> Diagnosis:
             f"answers: {told}",
             "stagewire has no class for it; use sessions and messages, or the software of the vendor",
         )
-    return Diagnosis(Verdict.FINE, found.url, f"answers: {told}")
+    return Diagnosis(Verdict.FINE, found.url, f"answers: {told}", _import(found.url, *found.known))
+
+
+def _import(url: str, *possible: Known) -> str:
+    """Return the lines of Python that open the controller; empty if its unit is uncertain."""
+    names = {(known.protocol.package, known.unit) for known in possible if known.unit}
+    if len(names) != 1:
+        return ""
+    package, name = names.pop()
+    return f"in Python: from {package} import {name}; {name.lower()} = {name}.open({url!r})"
 
 
 def _unasked_units() -> str:
@@ -184,7 +193,8 @@ def _commands(url: str, known: Known) -> list[Diagnosis]:
         except StagewireError:  # no reply, or an invalid one
             continue
         at = "" if rate is None else f" at {rate} baud: open it with baudrate={rate}"
-        return [Diagnosis(Verdict.FINE, url, f"answers: {known.name}, axis {said}{at}")]
+        text = f"answers: {known.name}, axis {said}{at}"
+        return [Diagnosis(Verdict.FINE, url, text, _import(url, known))]
     tried = ", ".join(map(str, rates))
     return [
         Diagnosis(

@@ -53,12 +53,17 @@ def refusal(url: str, error: Exception, settings: LinkSettings) -> LinkOpenError
     if "://" in url:
         return _refusal_of_url(url, error, settings)
     number = _number_of(error)
-    if number in _ABSENT:
+    if number in _ABSENT and url.isascii() and url.isdigit():
+        why = f"it is a number, not a port; for a serial number, write usb://{url}"
+    elif number in _ABSENT:
         why = f"no such port{_those_there_are()}"
     elif number in _FORBIDDEN:
         why = f"no permission. {permission_advice(url)}"
     elif number in _BUSY:
-        why = f"it is in use by {_holder_of(url)}. Close it there: one program at a time can use a port"
+        why = (
+            f"it is in use by {_holder_of(url)}. Close it there, or let it share the port: start "
+            f"stagewire serve {url} --tcp 4001, and open socket://127.0.0.1:4001 in all programs"
+        )
     elif number in _NO_PORT:
         why = f"it is not a serial port{_those_there_are()}"
     elif isinstance(error, ValueError) or number == errno.EINVAL:
