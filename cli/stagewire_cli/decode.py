@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +12,7 @@ from stagewire.errors import CodecError
 from stagewire.framing import End
 from stagewire_cli import completion
 from stagewire_cli.decoding import Counts, Decoding, opened
+from stagewire_cli.devices import ScaleSource, Stage
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.formats.format import Format, check_format, writing
 from stagewire_cli.framings.framing import DirectionOption
@@ -20,9 +21,14 @@ from stagewire_cli.protocols import PROTOCOL_HELP
 from stagewire_cli.selection import Selection
 from stagewire_cli.values import parse_hex
 
+if TYPE_CHECKING:
+    from stagewire.capture import Heading
+    from stagewire_cli.formats.engineering import EngineeringUnits
+
 EXAMPLE = """\b
 Examples:
   stagewire decode "53 04 06 00 D0 01 01 00 40 0D 03 00"
+  stagewire decode --unit KDC101 --stage Z825B "53 04 06 00 D0 01 01 00 40 0D 03 00"
   stagewire decode capture.bin --end host --status dc --format jsonl
   stagewire decode --direction command "18 54 03 A0 86 01 3A"
   stagewire decode --command READ_MOTOR_POSITION "A0 86 01"
@@ -87,6 +93,17 @@ def decode(
             autocompletion=completion.messages,
         ),
     ] = None,
+    unit: Annotated[
+        str | None,
+        typer.Option(
+            "--unit",
+            metavar="NAME",
+            help="Unit that sends or receives the bytes; for engineering units.",
+            autocompletion=completion.units,
+        ),
+    ] = None,
+    stage: Stage = None,
+    scale_source: ScaleSource = None,
     format: Annotated[
         Format | None,
         typer.Option("--format", case_sensitive=False, help="Output format.  [default: table]"),
@@ -130,6 +147,7 @@ def decode(
         contexts = tuple(context or ())
         options = (protocol, status, direction, command, message, read.heading, contexts)
         task = Selection(*options).task()
+        task.units = _units(wanted, unit, stage, scale_source, read.heading)
         try:
             check_format(wanted, task)
         except CodecError as error:
@@ -146,6 +164,27 @@ def decode(
         typer.echo(total.summary, err=True)
     if not total.right:
         raise typer.Exit(WRONG)
+
+
+def _units(
+    wanted: Format,
+    unit: str | None,
+    stage: str | None,
+    scale_source: str | None,
+    heading: Heading | None,
+) -> EngineeringUnits | None:
+    """Return the scales that the options select; None if they select none."""
+    if unit is None and stage is None:
+        return None
+    if wanted not in (Format.TABLE, Format.JSONL):
+        raise CalledWronglyError("--unit and --stage apply to the formats table and jsonl")
+    if unit is None and heading is not None:
+        unit = heading.unit
+    if unit is None:
+        raise CalledWronglyError("--stage requires --unit: the scales depend on the controller")
+    from stagewire_cli.formats.engineering import EngineeringUnits
+
+    return EngineeringUnits(unit, stage, scale_source)
 
 
 def _format(format: Format | None, as_json: bool) -> Format:

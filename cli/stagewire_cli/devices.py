@@ -44,7 +44,7 @@ Stage = Annotated[
     typer.Option(
         "--stage",
         metavar="NAME",
-        help="Stage on the controller, such as Z8; needed for mm and degrees.",
+        help="Stage on the controller, such as Z8 or your own FILE.toml:NAME; needed for mm and degrees.",
         autocompletion=stages,
     ),
 ]

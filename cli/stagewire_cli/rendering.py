@@ -5,7 +5,7 @@ For invalid bytes: the wrong bytes, and the expected ones.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -44,8 +44,18 @@ def spelled_id(registry: Registry, entry: Json) -> str:
     return f"{'setup byte' if entry['kind'] == 'setup' else 'byte'} {entry['id']:#04x}"
 
 
-def frame_table(protocol: Protocol, answer: Json) -> Table:
-    """Return the fields of a decoded frame as a table."""
+def amount(value: float, unit: str) -> str:
+    """Return a value in engineering units for people."""
+    return f"{value:.10g} {unit}"
+
+
+def frame_table(
+    protocol: Protocol, answer: Json, units: Mapping[str, tuple[float, str]] | None = None
+) -> Table:
+    """Return the fields of a decoded frame as a table.
+
+    :param units: values in engineering units by field, in place of the scales of the registry.
+    """
     known = registry_of(protocol).fields(answer["message"], answer["form"])
     parameters = _parameters(protocol, answer)
     shown = table("offset", "field", "raw", "meaning", right=("offset", "raw"))
@@ -53,7 +63,10 @@ def frame_table(protocol: Protocol, answer: Json) -> Table:
         field = known.get(name, {})
         offset = field.get("offset")
         place = "" if offset is None or name in parameters else str(offset)
-        shown.add_row(place, name, _raw_text(value), _meaning(field, value))
+        meaning = _meaning(field, value)
+        if units and name in units:
+            meaning = amount(*units[name])
+        shown.add_row(place, name, _raw_text(value), meaning)
     for key, text in (("extra", "bytes beyond the layout"), ("data", "the whole packet")):
         if answer.get(key):
             shown.add_row("", key, answer[key], text)

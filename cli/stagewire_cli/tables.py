@@ -25,7 +25,8 @@ class FittingTable(Table):
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """Render the table if its longest words fit, or else the cells of each row below each other."""
         wide = options.update(max_width=_UNBOUNDED)
-        if self.__rich_measure__(console, wide).minimum <= _FILLED * options.max_width:
+        needed = self.__rich_measure__(console, wide).minimum
+        if not console.is_terminal or needed <= _FILLED * options.max_width:
             yield from super().__rich_console__(console, options)
         else:
             yield from self._listed()

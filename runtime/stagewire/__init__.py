@@ -3,9 +3,9 @@
 The runtime contains no protocol: generated packages define the messages. The public names are those here and
 in the modules :mod:`~stagewire.protocols`, :mod:`~stagewire.framing`, :mod:`~stagewire.links`,
 :mod:`~stagewire.sessions`, :mod:`~stagewire.devices`, :mod:`~stagewire.discovery`, :mod:`~stagewire.columns`,
-:mod:`~stagewire.capture`, :mod:`~stagewire.quantities`, :mod:`~stagewire.errors` and, for generated code,
-:mod:`~stagewire.support`. All other modules begin with an underscore and may change in any release
-(``docs/reference/versioning.md``).
+:mod:`~stagewire.capture`, :mod:`~stagewire.quantities`, :mod:`~stagewire.stage_files`,
+:mod:`~stagewire.errors` and, for generated code, :mod:`~stagewire.support`. All other modules begin with an
+underscore and may change in any release (``docs/reference/versioning.md``).
 """
 
 from __future__ import annotations
@@ -54,7 +54,8 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
     __getattr__, __dir__ = lazy(
         __name__,
         {"quantities": "Scale Stage UnknownScale", "discovery": "discover open"},
-        "capture columns devices discovery errors framing links protocols quantities sessions support",
+        "capture columns devices discovery errors framing links protocols quantities sessions stage_files "
+        "support",
     )
 
 _deprecated.install()

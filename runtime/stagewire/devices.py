@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stagewire._devices.asynchronous.parts import Motion as AsyncMotion
     from stagewire._devices.asynchronous.parts import Part as AsyncPart
     from stagewire._devices.candidates import candidates, clean_model
-    from stagewire._devices.options import OpenOptions
+    from stagewire._devices.options import OpenOptions, scales_on
     from stagewire._devices.scales import Scales, ToldValue
     from stagewire._devices.synchronous.devices import Device
     from stagewire._devices.synchronous.parts import Motion, Part
@@ -41,6 +41,7 @@ __all__ = [
     "Values",
     "candidates",
     "clean_model",
+    "scales_on",
 ]
 
 __path__: list[str] = []  # 0.1 had modules below this name; see stagewire._deprecated
@@ -53,7 +54,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_devices.synchronous.parts": "Motion Part",
             "_devices.asynchronous.devices": "Device=AsyncDevice",
             "_devices.asynchronous.parts": "Motion=AsyncMotion Part=AsyncPart",
-            "_devices.options": "OpenOptions",
+            "_devices.options": "OpenOptions scales_on",
             "_devices.tables": "MotionEnd",
             "_devices.unit": "Facts Unit",
             "_devices.values": "Bits BitsByUnit InUnits Raw Values",

@@ -213,3 +213,46 @@ def test_invalid_input_is_refused(stagewire: Stagewire, data: bytes, said: str) 
     result = stagewire("decode", "-", input=data)
     assert result.code in (1, 2)
     assert said in result.err
+
+
+MOVE = "53 04 06 00 D0 01 01 00 40 0D 03 00"
+
+
+def test_a_stage_on_a_unit_gives_engineering_units(stagewire: Stagewire) -> None:
+    words = ("decode", "--unit", "kdc101", "--stage", "Z825B")
+    assert "200000   5.787880781 mm" in stagewire(*words, MOVE).out
+    line = stagewire(*words, "--end", "device", MOVE).out
+    assert line.endswith("absolute_distance=200000 (absolute_distance 5.787880781 mm)\n")
+    answer = json.loads(stagewire(*words, "--json", MOVE).out)
+    assert answer["fields"]["absolute_distance"] == 200000
+    assert answer["units"] == {"absolute_distance": {"value": 5.787880781435398, "unit": "mm"}}
+
+
+def test_a_stage_of_your_own_gives_engineering_units(stagewire: Stagewire, tmp_path: Path) -> None:
+    (tmp_path / "lab.toml").write_text("[turret]\ncounts_per_deg = 20000\n", encoding="utf-8")
+    own = f"{tmp_path}/lab.toml:turret"
+    assert "10 deg" in stagewire("decode", "--unit", "TDC001", "--stage", own, MOVE).out
+
+
+def test_a_capture_names_the_unit_of_its_stage(stagewire: Stagewire, tmp_path: Path) -> None:
+    capture = tmp_path / "session.txt"
+    stagewire("monitor", "virtual://TDC001?stage=Z8", "--for", "0.3", "--log", str(capture))
+    assert "position 0 mm" in stagewire("decode", "--stage", "Z8", str(capture)).out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--stage", "Z8"], "--stage requires --unit"),
+        (["--stage", "Z8", "--unit", "TDC009"], "unknown unit TDC009"),
+        (["--stage", "nothing", "--unit", "TDC001"], "unknown stage nothing"),
+        (["--stage", "no.toml:x", "--unit", "TDC001"], "no.toml: No such file"),
+        (["--unit", "TDC001", "--format", "csv"], "apply to the formats table and jsonl"),
+    ],
+)
+def test_units_that_cannot_be_shown_are_refused(
+    stagewire: Stagewire, words: list[str], said: str
+) -> None:
+    result = stagewire("decode", *words, MOVE)
+    assert result.code == 2
+    assert said in result.err

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import json
 from typing import TYPE_CHECKING
 
 import pytest
+from rich.console import Console
 
 from serial_ports import linux, port, show
+from stagewire_cli.output import table
 
 if TYPE_CHECKING:
     from conftest import Stagewire
@@ -59,3 +62,17 @@ def test_the_name_of_a_device_cannot_control_the_terminal(
     result = stagewire("list")
     assert "\x1b" not in result.out
     assert "\\x1b[2J99" in result.out
+
+
+def test_a_narrow_terminal_gets_a_line_for_each_value() -> None:
+    shown = table("port", "serial number", "description")
+    shown.add_row("/dev/ttyUSB0", "83000001", "One-channel T-Cube DC servo driver")
+    shown.add_row("/dev/ttyS0", "", "unknown device, possibly a controller on RS-232")
+    for width, first in ((100, "port "), (40, "port: /dev/ttyUSB0")):
+        out = io.StringIO()
+        Console(file=out, width=width, force_terminal=True, color_system=None).print(shown)
+        lines = out.getvalue().splitlines()
+        assert lines[0].startswith(first)
+        assert all(len(line) <= width for line in lines)
+        words = set(out.getvalue().split())
+        assert {"/dev/ttyUSB0", "83000001", "description:" if width == 40 else "servo"} <= words

@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from stagewire import Stage
-from stagewire.errors import StagewireError
+from stagewire.errors import BadValueError, StagewireError
 from stagewire.quantities import find_stages
+from stagewire.stage_files import stage_in_file
 from stagewire_virtual.clock import Clock, SteppedClock
 from stagewire_virtual.errors import BadOptionError, BenchError, UnknownUnitError
 from stagewire_virtual.factory import Blueprint
@@ -76,8 +77,16 @@ _ONE_OF_TWO: Final = 0.5
 
 
 def stage_of(units: Sequence[Unit], value: Any) -> Stage | None:
-    """Return the stage with this name of the protocol of the units; None if no unit is known."""
+    """Return the stage with this name of the protocol of the units; None if no unit is known.
+
+    ``FILE.toml:NAME`` names a stage of the user.
+    """
     name = text(value)
+    try:
+        if (own := stage_in_file(name)) is not None:
+            return own
+    except BadValueError as error:
+        raise BadOptionError(str(error)) from None
     if not units:
         return None
     protocol = units[0].protocol

@@ -15,9 +15,16 @@ from stagewire.protocols import Frame
 from stagewire_cli.formats.task import Task
 from stagewire_cli.formats.writer import AS_JSON, AS_WORDS, PENDING, FieldsText, TextWriter, compact
 from stagewire_cli.output import console
-from stagewire_cli.rendering import event_line, explain, frame_line, frame_table, frame_title
+from stagewire_cli.rendering import (
+    amount,
+    event_line,
+    explain,
+    frame_line,
+    frame_table,
+    frame_title,
+)
 from stagewire_cli.values import context_option
-from stagewire_conformance.answers import Decoded, frame_answer, refusal
+from stagewire_conformance.answers import Decoded, frame_answer, message_of, refusal
 from stagewire_conformance.framings import EVENT_NAMES
 from stagewire_conformance.notation import spaced
 
@@ -37,7 +44,8 @@ class JsonLinesWriter(TextWriter):
 
     def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
         """Write the testee's answer."""
-        self._print({"id": self._count, "ok": True} | frame_answer(decoded))
+        answer = {"id": self._count, "ok": True} | frame_answer(decoded)
+        self._print(answer | self._in_units(decoded))
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
         """Write the testee's refusal."""
@@ -45,8 +53,10 @@ class JsonLinesWriter(TextWriter):
 
     def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message of a stream."""
-        if not isinstance(decoded, Frame) or (fields := self._fields.of(decoded.message)) is None:
-            self._print(self._place(offset) | {"event": kind} | frame_answer(decoded))
+        fields = self._fields.of(decoded.message) if isinstance(decoded, Frame) else None
+        if not isinstance(decoded, Frame) or fields is None or self.task.units is not None:
+            answer = self._place(offset) | {"event": kind} | frame_answer(decoded)
+            self._print(answer | self._in_units(decoded))
             return
         layout = decoded.message.layout
         place = compact(self._place(offset)) if self.task.stamp else f'{{"offset":{offset}}}'
@@ -68,6 +78,15 @@ class JsonLinesWriter(TextWriter):
         """Return the position of an event: its offset in a stream, or its line, time and direction."""
         names = (column.name for column in self.task.places)
         return dict(zip(names, (offset, *self.task.stamp), strict=True))
+
+    def _in_units(self, decoded: Decoded) -> dict[str, object]:
+        """Return the values in engineering units, by field; empty without scales."""
+        if self.task.units is None:
+            return {}
+        found = self.task.units.of(message_of(decoded))
+        return {
+            "units": {name: {"value": value, "unit": unit} for name, (value, unit) in found.items()}
+        }
 
     def _print(self, answer: Mapping[str, object]) -> None:
         self.out.write(f"{compact(answer)}\n")
@@ -92,7 +111,8 @@ class TableWriter(TextWriter):
         self._name(name, raw)
         self._say(frame_title(self.task.protocol, answer))
         if answer["fields"] or answer.get("extra") or answer.get("data"):
-            self._console.print(frame_table(self.task.protocol, answer))
+            units = self.task.units.of(message_of(decoded)) if self.task.units else {}
+            self._console.print(frame_table(self.task.protocol, answer, units))
         if answer["form"] == "data:undecided":
             options = [
                 " or ".join(context_option(key, value) for value in values)
@@ -114,6 +134,8 @@ class TableWriter(TextWriter):
             line = event_line(decoded, fields)
         else:
             line = frame_line(self.task.protocol, frame_answer(decoded))
+        if self.task.units and (found := self.task.units.of(message_of(decoded))):
+            line += f" ({', '.join(f'{name} {amount(*value)}' for name, value in found.items())})"
         self.out.write(f"{self._place(offset)}  {line}\n")
 
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:

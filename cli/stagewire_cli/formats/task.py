@@ -31,6 +31,7 @@ from stagewire_conformance.registry import Json, registry_of
 
 if TYPE_CHECKING:
     from stagewire import columns
+    from stagewire_cli.formats.engineering import EngineeringUnits
 
 _STRINGS: Final = {"text": "string", "bytes": "binary", "integers": "integers"}
 
@@ -194,6 +195,9 @@ class Task(abc.ABC):
 
     stamp: Stamp | tuple[()] = ()
     """The stamp of the next bytes of a capture; empty for other inputs."""
+
+    units: EngineeringUnits | None = None
+    """The scales of the fields; None: only raw values are shown."""
 
     def __init__(
         self, protocol: Protocol, request: Mapping[str, Any], only: type[Message] | None = None
