@@ -156,7 +156,7 @@ def decode(
             output(target, binary=wanted is Format.PARQUET) as out,
             writing(wanted, task, out) as made,
             # Output that scrolls on a terminal is progress enough.
-            progress(lines=False, quiet=target is None and sys.stdout.isatty()) as say,
+            progress(quiet=target is None and sys.stdout.isatty()) as say,
         ):
             Decoding(task, made, end, total, say).of(read)
     alone = isinstance(given, bytes) and end is None

@@ -6,7 +6,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,6 +27,7 @@ from stagewire_cli.devices import (
     title_of,
 )
 from stagewire_cli.errors import INTERRUPTED, WRONG, CalledWronglyError
+from stagewire_cli.output import Progress, progress
 from stagewire_cli.status import Value, numbers_of, status_of
 from stagewire_cli.target import Target
 
@@ -119,7 +120,8 @@ def run_move(
         def there() -> bool:
             return target.is_met_by(status_of(part))
 
-        _act(device, name, part, saying, lambda: start(**given), timeout, yes, there)
+        words = "" if target.relative else str(target)
+        _act(device, name, part, saying, lambda: start(**given), timeout, yes, there, words)
 
 
 def run_positions_move(
@@ -152,7 +154,7 @@ def run_home(where: PartAddress, *, timeout: float, yes: bool) -> None:
     with _opened_part(where, yes, timeout) as (device, name, part):
         start = _call(device, part, "start_home")
         saying = f"will home from {_position(part)} with the settings of the controller"
-        _act(device, name, part, saying, start, timeout, yes)
+        _act(device, name, part, saying, start, timeout, yes, target="to its home position")
 
 
 def run_jog(
@@ -252,9 +254,11 @@ def _act(
     timeout: float,
     yes: bool,
     there: Callable[[], bool] = lambda: True,
+    target: str = "",
 ) -> None:
     """Announce a motion, ask, start it, and wait for its end; Ctrl-C stops it.
 
+    :param target: the target in words, such as ``to 1.5 mm``, for the progress.
     :param there: returns whether the part is at its target, so that no motion is necessary.
     """
     title = ", ".join(filter(None, (title_of(device), name)))
@@ -268,7 +272,8 @@ def _act(
     try:
         with called_wrongly():
             motion = start()
-        end = _end_of(motion, device.session.now, timeout)
+        with progress() as say:
+            end = _end_of(motion, device.session.now, timeout, _watching(part, target, say))
     except KeyboardInterrupt:
         typer.echo(f"interrupted: {_stopped(part)}", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -321,8 +326,24 @@ def _stopped(part: Any) -> str:
         return f"stop was sent but not answered, so it may still be moving ({error})"
 
 
-def _end_of(motion: Any, now: Callable[[], float], timeout: float) -> Any:
-    """Wait for the end of a motion, in short pieces because Windows handles Ctrl-C only between waits."""
+def _watching(part: Any, target: str, say: Progress) -> Callable[[], None]:
+    """Return a function that shows the position of a moving part on a terminal."""
+
+    def watch() -> None:
+        if say.shows:
+            with suppress(ReplyTimeoutError):  # the end of the motion shows what is wrong
+                say(f"at {_position(part)} {target}".rstrip())
+
+    return watch
+
+
+def _end_of(
+    motion: Any, now: Callable[[], float], timeout: float, watch: Callable[[], None]
+) -> Any:
+    """Wait for the end of a motion, in short pieces because Windows handles Ctrl-C only between waits.
+
+    :param watch: called between the pieces.
+    """
     deadline = now() + timeout
     while True:
         try:
@@ -330,6 +351,7 @@ def _end_of(motion: Any, now: Callable[[], float], timeout: float) -> Any:
         except MotionTimeoutError:
             if motion.done or now() > deadline + _PIECE:  # the motion has timed out
                 raise
+            watch()
 
 
 def _position(part: Any) -> str:

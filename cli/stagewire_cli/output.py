@@ -3,8 +3,8 @@
 Tables are never cut in a pipe, and printed text cannot control a terminal. Rich is imported on use, because
 most commands print only plain lines.
 
-Work that takes longer than two seconds shows its progress, as a status line on a terminal and as plain lines
-elsewhere. If the total is known, a terminal shows a bar.
+Work that takes longer than a second shows its progress on a terminal: a status line, or a bar if the total is
+known.
 """
 
 from __future__ import annotations
@@ -54,36 +54,34 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-_PATIENCE = 2.0
+_PATIENCE = 1.0
 
 
 class Progress:
-    """A callable that shows the present activity; silent for the first two seconds.
+    """A callable that shows the present activity on a terminal; silent for the first second.
 
-    :param lines: whether to print plain lines if standard error is not a terminal.
     :param quiet: whether to print nothing.
     """
 
-    def __init__(self, *, lines: bool = True, quiet: bool = False) -> None:
-        self._quiet = quiet
-        self._next = time.monotonic() + _PATIENCE
+    def __init__(self, *, quiet: bool = False) -> None:
+        self._quiet = quiet or not sys.stderr.isatty()
+        self._begin = time.monotonic() + _PATIENCE
         self._status: Status | None = None
-        self._lines = lines
+
+    @property
+    def shows(self) -> bool:
+        """Whether the activity would be shown now."""
+        return not self._quiet and (self._status is not None or time.monotonic() >= self._begin)
 
     def __call__(self, text: str) -> None:
         """Show the present activity."""
-        if self._quiet:
+        if not self.shows:
             return
-        now = time.monotonic()
         if self._status is not None:
             self._status.update(text)
-        elif now >= self._next:
-            self._next = now + _PATIENCE
-            if sys.stderr.isatty():
-                self._status = console(error=True).status(text)
-                self._status.start()
-            elif self._lines:
-                print(f"... {text}", file=sys.stderr, flush=True)
+        else:
+            self._status = console(error=True).status(text)
+            self._status.start()
 
     def stop(self) -> None:
         """Remove the status line."""
@@ -93,9 +91,9 @@ class Progress:
 
 
 @contextmanager
-def progress(*, lines: bool = True, quiet: bool = False) -> Iterator[Progress]:
+def progress(*, quiet: bool = False) -> Iterator[Progress]:
     """Yield a :class:`Progress`, which is removed when the block ends."""
-    shown = Progress(lines=lines, quiet=quiet)
+    shown = Progress(quiet=quiet)
     try:
         yield shown
     finally:
@@ -106,8 +104,13 @@ def progress(*, lines: bool = True, quiet: bool = False) -> Iterator[Progress]:
 def bar(first: str) -> Iterator[Callable[[int, int, str], None]]:
     """Yield a function that shows a progress bar with counts and the present activity on a terminal.
 
+    Without a terminal, the function does nothing.
+
     :param first: the activity to show before the total is known.
     """
+    if not sys.stderr.isatty():
+        yield lambda done, total, text: None
+        return
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
 

@@ -535,3 +535,28 @@ def test_a_reported_fault_stops_the_move(stagewire: Stagewire, attach: Attach) -
     assert "the controller reported a fault: stop was sent" in result.err
     assert "HW_RICHRESPONSE code 1, 'Command refused'" in result.err
     assert "likely cause: the channel is disabled" in result.err
+
+
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [
+        (("move", URL, *Z8, "--to", "3"), r"at [12]\.\d{4} mm to 3 mm"),
+        (("home", URL, "--unit", "TDC001", "--yes"), r"at -?\d+ counts to its home position"),
+    ],
+    ids=["move", "home"],
+)
+def test_a_terminal_shows_the_position_of_a_long_motion(
+    stagewire: Stagewire,
+    attach: Attach,
+    monkeypatch: pytest.MonkeyPatch,
+    words: tuple[str, ...],
+    shown: str,
+) -> None:
+    with virtual.TDC001(stage=stages.Z8, position=34304) as tdc:
+        attach(tdc)
+        assert re.search(shown, stagewire(*words).err) is None
+    monkeypatch.setattr("stagewire_cli.output._PATIENCE", 0.0)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with virtual.TDC001(stage=stages.Z8, position=34304) as tdc:
+        attach(tdc)
+        assert re.search(shown, stagewire(*words).err)

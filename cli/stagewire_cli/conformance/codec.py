@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -38,7 +36,6 @@ from stagewire_conformance.testees import (
 )
 from stagewire_conformance.testees.runner import Progress
 
-_EVERY = 2.0
 """Seconds between two lines of progress without a terminal."""
 
 _LONGEST = 86_400
@@ -175,10 +172,7 @@ def _run(plan: Plan, files: ReportFiles) -> int:
 
 @contextmanager
 def _progress_display() -> Iterator[Progress]:
-    """Yield a callback that shows progress: a bar on a terminal, else a line every few seconds."""
-    if not sys.stderr.isatty():
-        yield _Lines()
-        return
+    """Yield a callback that shows progress as a bar."""
     with bar("starting the testee") as show:
         failed = 0
 
@@ -188,22 +182,6 @@ def _progress_display() -> Iterator[Progress]:
             show(done, total, _state(result, failed))
 
         yield hear
-
-
-class _Lines:
-    """Prints a line of progress every few seconds."""
-
-    def __init__(self) -> None:
-        self._next = time.monotonic() + _EVERY
-        self._failed = 0
-
-    def __call__(self, done: int, total: int, result: Result) -> None:
-        """Note the result of a case."""
-        self._failed += result.failed
-        if time.monotonic() >= self._next:
-            self._next = time.monotonic() + _EVERY
-            state = _state(result, self._failed)
-            print(f"... {done} of {total}: {state}", file=sys.stderr, flush=True)
 
 
 def _state(result: Result, failed: int) -> str:

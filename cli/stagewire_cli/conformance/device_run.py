@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -84,26 +83,9 @@ def run_session(url: str, plan: Plan, files: ReportFiles, log: Path | None) -> i
 
 @contextmanager
 def _progress_display() -> Iterator[Callable[[Check, int, int], None]]:
-    """Yield a callback that shows progress: a bar on a terminal, else a line for each kind of check."""
-    if not sys.stderr.isatty():
-        yield _KindLines()
-        return
+    """Yield a callback that shows progress as a bar."""
     with bar("querying the controller") as show:
         yield lambda check, before, total: show(before, total, check.id)
-
-
-class _KindLines:
-    """Prints a line when a kind of checks begins."""
-
-    def __init__(self) -> None:
-        self._kind = ""
-
-    def __call__(self, check: Check, before: int, total: int) -> None:
-        """Note a check that begins."""
-        kind = check.kind.name if check.kind else check.id
-        if kind != self._kind:
-            self._kind = kind
-            print(f"... {before} of {total}: {kind}", file=sys.stderr, flush=True)
 
 
 def _show_ending(report: Report) -> None:
