@@ -22,6 +22,7 @@ GROUPS: Final = {
         Row(("monitor",), "Show the status of a controller live; nothing moves."),
         Row(("move", "home", "jog"), "Move one axis, and wait for the end of the motion."),
         Row(("stop",), "Stop all axes, or only one, without asking."),
+        Row(("serve",), "Share a line: one program writes, any number listen."),
     ),
     "Look up and decode": (
         Row(("show",), "Find messages, fields, units and stages in the registry."),
@@ -58,6 +59,7 @@ _PLACES: Final = {
     "move": ("motion", "move", "MOVE_EXAMPLE"),
     "schemas": ("generate", "schemas", "SCHEMAS_EXAMPLE"),
     "show": ("show", "show", "EXAMPLE"),
+    "serve": ("serve", "serve", "EXAMPLE"),
     "stop": ("motion", "stop", "STOP_EXAMPLE"),
     "testee": ("testee", "testee", "EXAMPLE"),
     "virtual": ("virtual", "virtual", "EXAMPLE"),

@@ -39,6 +39,13 @@ def monitor(
             "--plot", metavar="FILE", help="Plot position and velocity over time (.png, .svg)."
         ),
     ] = None,
+    listen: Annotated[
+        bool,
+        typer.Option(
+            "--listen",
+            help="Send nothing: show what another program asks for, by stagewire serve. Needs --unit.",
+        ),
+    ] = False,
     log: Annotated[
         Path | None,
         typer.Option("--log", metavar="FILE", help="Record the traffic as a capture."),
@@ -58,5 +65,7 @@ def monitor(
         from stagewire_cli.monitor_board import check_plot
 
         check_plot(plot)
-    scales = {"stage": stage, "scale_source": scale_source}
-    watch(url, unit, scales, bay, seconds=seconds, picture=plot, log=log)
+    if listen and unit is None:
+        raise CalledWronglyError("--listen requires --unit, because nothing is asked")
+    options = {"stage": stage, "scale_source": scale_source, "identify": False if listen else None}
+    watch(url, unit, options, bay, seconds=seconds, picture=plot, log=log, listen=listen)

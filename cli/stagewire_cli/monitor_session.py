@@ -40,6 +40,7 @@ def watch(
     seconds: float | None,
     picture: Path | None,
     log: Path | None,
+    listen: bool = False,
 ) -> None:
     """Watch a controller until Ctrl-C, or for a time.
 
@@ -47,6 +48,7 @@ def watch(
     :param bay: the bay of a module in its rack; for a rack, the bay to watch.
     :param picture: file for a picture of the recorded positions; None draws none.
     :param log: file for a capture; None records none.
+    :param listen: whether to send nothing, and show what another program receives.
 
     Raises :class:`CalledWronglyError` for a controller that cannot be watched, and
     :class:`~stagewire.errors.StagewireError` if the line fails; in both cases the picture is still drawn.
@@ -58,7 +60,7 @@ def watch(
             title = title_of(device)
             with suppress(KeyboardInterrupt), _shown(title, board) as draw:
                 parts = PartAddress(url, unit, bay, None, None).parts(device)
-                _follow(device, parts, board, draw, seconds)
+                _follow(device, parts, board, draw, seconds, listen=listen)
     finally:
         if picture is not None and board.tracks:
             from stagewire_cli.monitor_board import plot
@@ -81,13 +83,19 @@ def _shown(title: str, board: Board) -> Iterator[Draw]:
 
 
 def _follow(
-    device: Any, parts: dict[str, Any], board: Board, draw: Draw, seconds: float | None
+    device: Any,
+    parts: dict[str, Any],
+    board: Board,
+    draw: Draw,
+    seconds: float | None,
+    *,
+    listen: bool,
 ) -> None:
     """Add the statuses of the parts of a controller to the board, for a time or without end."""
     now = device.session.now
     begin = now()
     lines = not sys.stdout.isatty()
-    with _statuses(device, parts, board) as statuses:
+    with _statuses(device, parts, board, listen=listen) as statuses:
         for name, values in statuses:
             passed = now() - begin
             if seconds is not None and passed >= seconds:
@@ -103,7 +111,9 @@ def _follow(
 
 
 @contextmanager
-def _statuses(device: Any, parts: dict[str, Any], board: Board) -> Iterator[Iterator[PartStatus]]:
+def _statuses(
+    device: Any, parts: dict[str, Any], board: Board, *, listen: bool
+) -> Iterator[Iterator[PartStatus]]:
     """Yield an endless iterator of statuses, with None whenever the table may be drawn."""
     sources = [part for part in parts.values() if hasattr(part, "start_updates")]
     if not sources and hasattr(device, "start_updates"):  # it sends for all its channels
@@ -111,11 +121,15 @@ def _statuses(device: Any, parts: dict[str, Any], board: Board) -> Iterator[Iter
     classes = _unsolicited_classes(device)
     sends_none = hasattr(device, "move_to")  # a unit with a few positions has no status update
     if not sources or not classes or sends_none:
+        if listen:
+            raise CalledWronglyError(
+                f"--listen: {device.unit.name} sends no status messages unasked"
+            )
         yield _polled(device, parts)
         return
     with ExitStack() as stack:
         subscription = stack.enter_context(device.session.subscribe(classes))
-        for source in sources:
+        for source in () if listen else sources:
             source.start_updates()
             stack.callback(_stop_updates, source)
         yield _unsolicited(device, parts, subscription, board)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ import typer
 
 from stagewire.protocols import Direction
 from stagewire_cli.output import printable
+from stagewire_cli.signals import signals
 from stagewire_cli.virtual_log import STANDARD_OUTPUT, Log, begin, logs
 from stagewire_cli.virtual_units import LinkMaker
 from stagewire_virtual.clock import RealClock
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from stagewire_cli.screens import VirtualScreen
 
 _REFRESH = 0.2  # seconds between two drawings of the live table
-_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # those that the system has
 
 
 def run_session(
@@ -70,7 +69,7 @@ class _Session(Observer):
     ) -> None:
         """Serve the links until the end; ``quiet`` leaves standard output to the log."""
         async with server:
-            with _signals(self._over.set), ExitStack() as stack:
+            with signals(self._over.set), ExitStack() as stack:
                 for link in links:
                     await server.open(link)
                 begin(self.logs.values())
@@ -127,22 +126,6 @@ async def _draw(server: Server, screen: VirtualScreen) -> None:
     while True:
         server.run(screen.draw)
         await asyncio.sleep(_REFRESH)
-
-
-@contextmanager
-def _signals(end: Callable[[], object]) -> Iterator[None]:
-    """Make signals call ``end`` in the event loop during the block."""
-    loop = asyncio.get_running_loop()
-    numbers = [getattr(signal, name) for name in _SIGNALS if hasattr(signal, name)]
-    before = {
-        number: signal.signal(number, lambda *_: loop.call_soon_threadsafe(end))
-        for number in numbers
-    }
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _report_replays(links: Sequence[Link]) -> bool:

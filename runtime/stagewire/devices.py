@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from stagewire._devices.asynchronous.parts import Motion as AsyncMotion
     from stagewire._devices.asynchronous.parts import Part as AsyncPart
     from stagewire._devices.candidates import candidates, clean_model
+    from stagewire._devices.connection import link_options
     from stagewire._devices.options import OpenOptions, scales_on
     from stagewire._devices.scales import Scales, ToldValue
     from stagewire._devices.synchronous.devices import Device
@@ -41,6 +42,7 @@ __all__ = [
     "Values",
     "candidates",
     "clean_model",
+    "link_options",
     "scales_on",
 ]
 
@@ -60,5 +62,6 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_devices.values": "Bits BitsByUnit InUnits Raw Values",
             "_devices.scales": "Scales ToldValue",
             "_devices.candidates": "candidates clean_model",
+            "_devices.connection": "link_options",
         },
     )

@@ -30,7 +30,7 @@ from stagewire_cli.main import main
 PATIENCE = 180.0
 MOST_SHOWN = 2000  # characters from the end of the output
 
-_SERVES = re.compile(r"stagewire virtual (?!--list)")
+_SERVES = re.compile(r"stagewire (serve|virtual (?!--list))")
 _SERVED = re.compile(r" at (socket://|/dev/|\w+)")
 _COMMENT = re.compile(r"\s+#\s.*$")
 _STATUS = re.compile(r"# exit status (\d+)")

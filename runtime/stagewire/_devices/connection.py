@@ -48,6 +48,12 @@ class Transport(Protocol):
 T = TypeVar("T", bound=Transport)
 
 
+def link_options(protocol: object, **chosen: Any) -> dict[str, Any]:
+    """Return the options of a link: those that are not None, or defaults for the protocol."""
+    given = {name: value for name, value in chosen.items() if value is not None}
+    return {**_PLAIN, **given} if isinstance(protocol, CommandProtocol) else given
+
+
 class Connection(Generic[T]):
     """State that all parts of one device share; it outlives the link, which may be reopened.
 
@@ -258,9 +264,9 @@ class Connection(Generic[T]):
 
     def link_options(self) -> dict[str, Any]:
         """Return the options of the link: those of the user, or defaults for the protocol."""
-        chosen = {"baudrate": self.choices.baudrate, "rtscts": self.choices.rtscts}
-        given = {name: value for name, value in chosen.items() if value is not None}
-        return {**_PLAIN, **given} if isinstance(self.facts.protocol, CommandProtocol) else given
+        return link_options(
+            self.facts.protocol, baudrate=self.choices.baudrate, rtscts=self.choices.rtscts
+        )
 
     def next_log(self) -> str | Path | None:
         """Return the file for the capture of a line; each reopened line has a new file."""

@@ -231,7 +231,7 @@ def test_a_port_in_use_is_named_in_the_error() -> None:
 
 
 def test_a_network_address_requires_bind() -> None:
-    with pytest.raises(ServingError, match="obey every host that connects"):
+    with pytest.raises(ServingError, match="every host that connects is obeyed"):
         echo_link().tcp("0.0.0.0:0")
     with pytest.raises(ServingError, match="address to bind to is empty"):
         echo_link().tcp(bind="")

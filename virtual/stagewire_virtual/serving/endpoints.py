@@ -80,8 +80,8 @@ def parse_tcp(text: str, bind: str | None = None) -> TcpEndpoint:
         return TcpEndpoint(int(digits), _numeric(wanted))
     if not _is_loopback(_numeric(host)):
         raise ServingError(
-            f"{text!r} may be reachable from the network, and virtual controllers obey every host that "
-            f"connects; leave the address out, or allow it with --bind {host} (bind={host!r})"
+            f"{text!r} may be reachable from the network, and every host that connects is obeyed; leave the "
+            f"address out, or allow it with --bind {host} (bind={host!r})"
         )
     return TcpEndpoint(int(digits), _numeric(host))
 
