@@ -8,21 +8,27 @@ alive.
 from __future__ import annotations
 
 import asyncio
+import sys
+import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, Final, NamedTuple, cast
 
 from stagewire.capture import Heading
+from stagewire.devices import link_options
 from stagewire.errors import TransportLostError
 from stagewire.framing import Event
-from stagewire.links import AsyncLink
+from stagewire.links import AsyncLink, LinkSettings, open_async_link
 from stagewire.protocols import Direction, Protocol
+from stagewire_cli.output import printable
 from stagewire_cli.selection import Selection
+from stagewire_cli.signals import signals
 from stagewire_conformance.answers import message_of
 from stagewire_conformance.framings import EVENT_NAMES
 
 _ALIVE_EVERY: Final = 0.5  # seconds, as in sessions of the library
-_BACKLOG: Final = 1 << 20  # bytes that a listener may be behind
+_BACKLOG: Final = 1 << 20  # unsent bytes of a listener that is too slow
 _BROKEN: Final = ("garbage", "bad_length", "text")
 _BITS_PER_BYTE: Final = 10  # on a serial line
 
@@ -137,7 +143,7 @@ class LineServer:
         if client is self._holder:
             self._holder = None
             self._queue = deque(told for told in self._queue if told.name in self.stops)
-            self.say("the line is free; a motion that was started goes on")
+            self.say("the line is free; a motion that was started continues")
 
     def take(self, client: _Client, told: Told) -> None:
         """Take a frame of a client, or refuse the client."""
@@ -179,7 +185,7 @@ class LineServer:
     def _received(self, data: bytes) -> None:
         for client in tuple(self._clients):
             if client.transport.get_write_buffer_size() > _BACKLOG:
-                self.refuse(client, f"it is {_BACKLOG >> 20} MiB behind; read faster")
+                self.refuse(client, f"it has not read the last {_BACKLOG >> 20} MiB")
             else:
                 client.transport.write(data)
 
@@ -222,9 +228,59 @@ class _Client(asyncio.Protocol):
             if self.transport.is_closing():
                 return
             if told is None:
-                self._server.refuse(self, f"its bytes are no frame: {data[:16].hex(' ')}")
+                self._server.refuse(self, f"it sent invalid bytes: {data[:16].hex(' ')}")
             else:
                 self._server.take(self, told)
 
     def connection_lost(self, error: Exception | None) -> None:
         self._server.left(self)
+
+
+def share(
+    url: str, device: Any, host: str, port: int, baudrate: int | None
+) -> TransportLostError | None:
+    """Share the line at a URL until a signal, or until it is lost; return why it was lost.
+
+    :param device: class of the controller.
+    :param baudrate: of a serial line; None: the documented one.
+
+    Raises :class:`~stagewire.errors.StagewireError` for a line that cannot be opened, and :class:`OSError`
+    for an address that cannot be used.
+    """
+    return asyncio.run(_share(url, device, host, port, baudrate))
+
+
+async def _share(
+    url: str, device: Any, host: str, port: int, baudrate: int | None
+) -> TransportLostError | None:
+    unit, protocol = device.unit, device.facts.protocol
+    options = link_options(protocol, baudrate=baudrate)
+
+    def alive(address: int) -> bytes:
+        raw: bytes = unit.keep_alive().pack(dest=address, source=protocol.host)
+        return raw
+
+    def listening(port: int) -> None:
+        shown = f"[{host}]" if ":" in host else host
+        _say(f"{unit.name} at {url} is shared on socket://{shown}:{port}; Ctrl-C ends")
+
+    async with await open_async_link(url, **options) as link:
+        is_serial = "://" not in url or url.startswith("usb://")
+        server = LineServer(
+            link,
+            protocol,
+            unit.name,
+            alive if unit.keep_alive is not None else None,
+            LinkSettings.of(options).baudrate if is_serial else 0,
+            _say,
+        )
+        task = asyncio.create_task(server.run(host, port, listening))
+        with signals(task.cancel), suppress(asyncio.CancelledError):
+            await task
+        return server.lost.result() if server.lost.done() else None
+
+
+def _say(text: str) -> None:
+    """Write a line of the log."""
+    with suppress(OSError):
+        print(f"{time.strftime('%H:%M:%S')}  {printable(text)}", file=sys.stderr, flush=True)

@@ -123,7 +123,7 @@ def _statuses(
     if not sources or not classes or sends_none:
         if listen:
             raise CalledWronglyError(
-                f"--listen: {device.unit.name} sends no status messages unasked"
+                f"--listen: {device.unit.name} does not send status messages by itself"
             )
         yield _polled(device, parts)
         return

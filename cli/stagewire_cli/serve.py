@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
-import sys
-import time
-from contextlib import suppress
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from stagewire.errors import TransportError
 from stagewire_cli.devices import LinkUrl, Unit, called_wrongly
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.output import printable
-from stagewire_cli.signals import signals
 
 EXAMPLE = """\b
 Examples:
@@ -55,6 +48,7 @@ def serve(
     another address. There is no password.
     """
     from stagewire.discovery import device_class, unit_at
+    from stagewire_cli.line_server import share
     from stagewire_virtual.errors import ServingError
     from stagewire_virtual.serving.endpoints import parse_tcp
 
@@ -65,7 +59,7 @@ def serve(
     with called_wrongly():
         device = device_class(unit or unit_at(url))
     try:
-        lost = asyncio.run(_serve(url, device, endpoint.host, endpoint.port, baudrate))
+        lost = share(url, device, endpoint.host, endpoint.port, baudrate)
     except OSError as error:
         raise CalledWronglyError(
             f"cannot listen on {endpoint.host}:{endpoint.port}: {error.strerror or error}; choose another "
@@ -74,44 +68,3 @@ def serve(
     if lost is not None:
         typer.echo(f"stagewire: {lost}", err=True)
         raise typer.Exit(WRONG)
-
-
-async def _serve(
-    url: str, device: Any, host: str, port: int, baudrate: int | None
-) -> TransportError | None:
-    """Serve until a signal, or until the line is lost; return why it was lost."""
-    from stagewire.devices import link_options
-    from stagewire.links import LinkSettings, open_async_link
-    from stagewire_cli.line_server import LineServer
-
-    unit, protocol = device.unit, device.facts.protocol
-    options = link_options(protocol, baudrate=baudrate)
-
-    def alive(address: int) -> bytes:
-        raw: bytes = unit.keep_alive().pack(dest=address, source=protocol.host)
-        return raw
-
-    def listening(port: int) -> None:
-        shown = f"[{host}]" if ":" in host else host
-        _say(f"{unit.name} at {url} is shared on socket://{shown}:{port}; Ctrl-C ends")
-
-    async with await open_async_link(url, **options) as link:
-        is_serial = "://" not in url or url.startswith("usb://")
-        server = LineServer(
-            link,
-            protocol,
-            unit.name,
-            alive if unit.keep_alive is not None else None,
-            LinkSettings.of(options).baudrate if is_serial else 0,
-            _say,
-        )
-        task = asyncio.create_task(server.run(host, port, listening))
-        with signals(task.cancel), suppress(asyncio.CancelledError):
-            await task
-        return server.lost.result() if server.lost.done() else None
-
-
-def _say(text: str) -> None:
-    """Write a line of the log."""
-    with suppress(OSError):
-        print(f"{time.strftime('%H:%M:%S')}  {printable(text)}", file=sys.stderr, flush=True)

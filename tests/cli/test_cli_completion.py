@@ -102,5 +102,5 @@ def _until(terminal: int, wanted: str) -> str:
 
 
 @pytest.mark.parametrize("words", ["stagewire move 'virtual://TD", "stagewire move --stage 'LTS15"])
-def test_an_open_quote_is_no_error(words: str) -> None:
+def test_a_word_with_an_open_quote_is_completed(words: str) -> None:
     assert asked("bash", "-c", BASH, "bash", words).strip()

@@ -139,7 +139,7 @@ def test_the_line_is_free_when_its_holder_leaves() -> None:
             await bench.until(lambda: bench.line.written)
             first.writer.close()
             await bench.until(
-                lambda: "the line is free; a motion that was started goes on" in bench.log
+                lambda: "the line is free; a motion that was started continues" in bench.log
             )
             second.send(MOVE)
             await bench.until(lambda: bench.line.written == [ASK, MOVE])
@@ -180,14 +180,14 @@ def test_half_a_frame_of_a_client_never_reaches_the_line() -> None:
     asyncio.run(run())
 
 
-def test_bytes_that_are_no_frame_disconnect_their_client() -> None:
+def test_invalid_bytes_disconnect_their_client() -> None:
     async def run() -> None:
         async with serving() as bench:
             client = await bench.client()
             client.send(b"hello, world, this is not a frame")
             assert await client.read.read() == b""
             assert bench.log[1].startswith(
-                f"{client.name} was disconnected: its bytes are no frame: "
+                f"{client.name} was disconnected: it sent invalid bytes: "
             )
             assert bench.line.written == []
 
@@ -218,7 +218,8 @@ def test_a_slow_listener_is_disconnected() -> None:
             def is_gone() -> bool:
                 bench.line.received(block)
                 return any(
-                    f"{slow.name} was disconnected: it is 1 MiB behind" in x for x in bench.log
+                    f"{slow.name} was disconnected: it has not read the last 1 MiB" in x
+                    for x in bench.log
                 )
 
             async def drain() -> None:

@@ -226,8 +226,7 @@ class Channel(Part):
 
         ``{"unit": "KDC101", "settings": {"vel_params": {"max_velocity": 767367, …}, …}}``: numbers in counts,
         by the names of the ``set_`` methods and of their keywords. It can be stored as JSON. A set that the
-        controller does not report is left out, with a warning in the log. Position and encoder counters are
-        no settings.
+        controller does not report is left out, with a warning in the log. Counters of positions are left out.
 
         :param timeout: of each request, in seconds.
         """
