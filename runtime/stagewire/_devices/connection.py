@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from time import time
 from typing import Any, Final, Generic, Protocol, TypeVar
 
 from stagewire._codec.message import Message
@@ -21,7 +22,7 @@ from stagewire._devices.stated_limits import TOLERANCES
 from stagewire._devices.tables import Action, Command
 from stagewire._devices.travel import Held
 from stagewire._devices.unit import Alias, Facts, Setting, Told, Unit
-from stagewire._devices.values import Values
+from stagewire._devices.values import Arrival, Values
 from stagewire._framings.slots.protocol import CommandProtocol
 from stagewire._sessions.options import Ends, SessionOptions
 
@@ -408,7 +409,22 @@ class Connection(Generic[T]):
 
     # Values
 
-    def values_of(self, message: Message, place: Place) -> Values[Any] | None:
-        """Return the values of a message; None if it has none."""
+    def values_of(
+        self, message: Message, place: Place, received: float | None = None
+    ) -> Values[Any] | None:
+        """Return the values of a message; None if it has none.
+
+        :param received: when it was received, in the time of the session; None: now.
+        """
         cls = self.facts.values_of(type(message))
-        return None if cls is None else cls(message, self.scales(place))
+        return None if cls is None else cls(message, self.scales(place), self.arrival(received))
+
+    def arrival(self, received: float | None = None) -> Arrival:
+        """Return the arrival of a message, which is now unless the session read it earlier.
+
+        :param received: when it was read, in the time of the session.
+        """
+        now: float = self.transport.now()
+        if received is None:
+            return now, time()
+        return received, time() - (now - received)

@@ -65,7 +65,9 @@ class EventFilter:
         cls = self._as[type(message)]
         if cls is type(message):
             return message
-        return cls(message, self._at.connection.scales(self._place(event, message)))
+        connection = self._at.connection
+        scales = connection.scales(self._place(event, message))
+        return cls(message, scales, connection.arrival(event.received))
 
     def _place(self, event: Received, message: Message) -> Place:
         """Return the channel that a message is about, which may be any of a device."""

@@ -125,7 +125,7 @@ class Started:
         values = (
             None
             if message is None
-            else self.endpoint.connection.values_of(message, self.endpoint.place)
+            else self.endpoint.connection.values_of(message, self.endpoint.place, ended)
         )
         return MotionEnd(message, values, ended - running.started)
 
