@@ -47,6 +47,7 @@ class Transport(Protocol):
 
 
 T = TypeVar("T", bound=Transport)
+R = TypeVar("R", bound=Values[Any])
 
 
 class Connection(Generic[T]):
@@ -116,6 +117,7 @@ class Connection(Generic[T]):
         self._reporting.clear()
         self._updating.clear()
         self.info = None
+        self._latest: dict[tuple[Place, type[Values[Any]]], Values[Any]] = {}
         self.stages.forget()
         unit, choices = self.unit, self.choices
         self.names = (choices.model or unit.name,)
@@ -417,7 +419,31 @@ class Connection(Generic[T]):
         :param received: when it was received, in the time of the session; None: now.
         """
         cls = self.facts.values_of(type(message))
-        return None if cls is None else cls(message, self.scales(place), self.arrival(received))
+        if cls is None:
+            return None
+        if received is not None:
+            return self.report(cls, message, place, received)
+        return cls(message, self.scales(place), self.arrival())
+
+    def report(
+        self, cls: type[R], message: Message, place: Place, received: float | None = None
+    ) -> R:
+        """Return the values of a message from the controller, and remember them as the latest.
+
+        :param received: as for :meth:`values_of`.
+        """
+        values = cls(message, self.scales(place), self.arrival(received))
+        self._latest[place, cls] = values
+        return values
+
+    def outdate(self, cls: type[Values[Any]], place: Place) -> None:
+        """Forget the latest values of a class, because others were written."""
+        self._latest.pop((place, cls), None)
+
+    def latest(self) -> list[tuple[Place, Values[Any]]]:
+        """Return the latest values of each class with the place that reported them, the newest first."""
+        found = [(place, values) for (place, _), values in tuple(self._latest.items())]
+        return sorted(found, key=lambda one: -one[1].received)
 
     def arrival(self, received: float | None = None) -> Arrival:
         """Return the arrival of a message, which is now unless the session read it earlier.

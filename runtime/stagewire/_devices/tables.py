@@ -224,7 +224,7 @@ class Action:
     motherboard: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class MotionEnd(Generic[Reported]):
     """How a motion ended.
 
@@ -238,3 +238,7 @@ class MotionEnd(Generic[Reported]):
     message: Message | None
     values: Reported
     seconds: float
+
+    def __repr__(self) -> str:
+        shown = "no values" if self.values is None else repr(self.values).strip("<>")
+        return f"<MotionEnd after {self.seconds:.3g} s: {shown}>"

@@ -174,9 +174,25 @@ class Values(Generic[M]):
     def __hash__(self) -> int:
         return hash((type(self), self.message))
 
+    def quantities(self) -> dict[str, Any]:
+        """Return the values with known units as quantities of pint: ``status.quantities()["position"]``.
+
+        The keys are the names of the values in counts. The quantities belong to the application registry of
+        pint. Raise :class:`~stagewire.errors.UnsupportedError` if pint is not installed.
+        """
+        from stagewire._devices.renderings import quantities
+
+        return quantities(self)
+
     def __repr__(self) -> str:
-        shown = ", ".join(f"{name}={_shown(value)}" for name, value in self.known())
-        return f"{type(self).__name__}({shown})"
+        from stagewire._devices.renderings import short
+
+        return short(self)
+
+    def _repr_html_(self) -> str:
+        from stagewire._devices.renderings import html_of_values
+
+        return html_of_values(self)
 
 
 _slots: Any = Values  # whose slots can be filled while setting is locked
@@ -193,10 +209,6 @@ def _plain(value: object) -> object:
     if isinstance(value, tuple):
         return list(value)
     return value.hex() if isinstance(value, bytes) else value
-
-
-def _shown(value: object) -> str:
-    return f"{type(value).__name__}.{value.name}" if isinstance(value, Enum) else repr(value)
 
 
 def _told(value: object) -> str:
