@@ -326,8 +326,10 @@ class Bits(_Value[F], Generic[F]):
         return self.table(getattr(values.message, self.field))
 
 
-class BitsByUnit(_Value[Flags]):
+class BitsByUnit(_Value[F], Generic[F]):
     """A number whose bits have different names on some units.
+
+    Type checkers know the names on all other units; most of them are the same.
 
     :param table: class with the names on all other units.
     :param units: unit -> class with its names.
@@ -335,15 +337,16 @@ class BitsByUnit(_Value[Flags]):
 
     __slots__ = ("table", "units")
 
-    def __init__(self, field: str, table: type[Flags], units: dict[str, type[Flags]]) -> None:
+    def __init__(self, field: str, table: type[F], units: dict[str, type[Flags]]) -> None:
         super().__init__(field)
         self.table = table
         self.units = units
 
-    def read(self, values: Values[Any]) -> Flags:
+    def read(self, values: Values[Any]) -> F:
         """Return the bits with the names of the unit that reported them."""
-        table = self.units.get(values.scales.unit, self.table)
-        return table(getattr(values.message, self.field))
+        table: Any = self.units.get(values.scales.unit, self.table)
+        bits: F = table(getattr(values.message, self.field))
+        return bits
 
 
 class InUnits(_Value[float]):
