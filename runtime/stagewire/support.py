@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from stagewire._devices.asynchronous.parts import Channel as AsyncChannel
     from stagewire._devices.asynchronous.parts import ChannelsBay as AsyncChannelsBay
     from stagewire._devices.asynchronous.parts import Motion as AsyncMotion
+    from stagewire._devices.asynchronous.parts import Mover as AsyncMover
     from stagewire._devices.asynchronous.parts import Part as AsyncPart
     from stagewire._devices.scales import ByCase, BySetting, ByStage, ByUnit, Rule
     from stagewire._devices.synchronous.devices import (
@@ -55,7 +56,15 @@ if TYPE_CHECKING:
         SingleChannelDevice,
         SingleChannelModule,
     )
-    from stagewire._devices.synchronous.parts import Axis, Bay, Channel, ChannelsBay, Motion, Part
+    from stagewire._devices.synchronous.parts import (
+        Axis,
+        Bay,
+        Channel,
+        ChannelsBay,
+        Motion,
+        Mover,
+        Part,
+    )
     from stagewire._devices.tables import (
         Action,
         Given,
@@ -63,6 +72,7 @@ if TYPE_CHECKING:
         ParameterSet,
         Poll,
         Query,
+        Reported,
         Stored,
     )
     from stagewire._devices.tables import Command as DeviceCommand
@@ -129,6 +139,7 @@ __all__ = [
     "AsyncDevice",
     "AsyncModuleDevice",
     "AsyncMotion",
+    "AsyncMover",
     "AsyncPart",
     "AsyncPositionsDevice",
     "AsyncRackDevice",
@@ -172,6 +183,7 @@ __all__ = [
     "ModuleDevice",
     "Motion",
     "MotionEnd",
+    "Mover",
     "Named",
     "NamedByUnit",
     "Need",
@@ -190,6 +202,7 @@ __all__ = [
     "RawIntegers",
     "RawText",
     "Reply",
+    "Reported",
     "Rule",
     "Scale",
     "ScaleConflict",
@@ -242,7 +255,8 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
                 "Bits BitsByUnit InUnits Named NamedByUnit Raw RawBytes RawIntegers RawText Values"
             ),
             "_devices.tables": (
-                "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Stored"
+                "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Reported "
+                "Stored"
             ),
             "_devices.scales": "ByCase BySetting ByStage ByUnit Rule",
             "_devices.unit": "Alias Facts Hindrance Need Positions Setting StageReport Told Unit Unsupported",
@@ -254,7 +268,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
                 "AxesDevice ChannelsDevice Device ModuleDevice PositionsDevice RackDevice "
                 "SingleChannelDevice SingleChannelModule"
             ),
-            "_devices.synchronous.parts": "Axis Bay Channel ChannelsBay Motion Part",
+            "_devices.synchronous.parts": "Axis Bay Channel ChannelsBay Motion Mover Part",
             "_devices.asynchronous.devices": (
                 "AxesDevice=AsyncAxesDevice ChannelsDevice=AsyncChannelsDevice "
                 "Device=AsyncDevice ModuleDevice=AsyncModuleDevice "
@@ -264,7 +278,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             ),
             "_devices.asynchronous.parts": (
                 "Axis=AsyncAxis Bay=AsyncBay Channel=AsyncChannel ChannelsBay=AsyncChannelsBay "
-                "Motion=AsyncMotion Part=AsyncPart"
+                "Motion=AsyncMotion Mover=AsyncMover Part=AsyncPart"
             ),
         },
     )

@@ -43,12 +43,17 @@ class Frozen:
 
 
 class Event:
-    """One piece of a received stream: ``raw`` holds its bytes, unchanged. Do not modify it."""
+    """One piece of a received stream: ``raw`` holds its bytes, unchanged. Do not modify it.
 
-    __slots__ = ("raw",)
+    A session also sets ``received``: the time of the session in seconds when it read the bytes. Events of a
+    framer do not have it, and events are compared without it.
+    """
+
+    __slots__ = ("raw", "received")
     __match_args__ = ("raw",)
 
     raw: bytes
+    received: float
 
     def __init__(self, raw: bytes) -> None:
         self.raw = raw

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from time import time
 from typing import Any, Final, Generic, Protocol, TypeVar
 
 from stagewire._codec.message import Message
@@ -21,7 +22,7 @@ from stagewire._devices.stated_limits import TOLERANCES
 from stagewire._devices.tables import Action, Command
 from stagewire._devices.travel import Held
 from stagewire._devices.unit import Alias, Facts, Setting, Told, Unit
-from stagewire._devices.values import Values
+from stagewire._devices.values import Arrival, Values
 from stagewire._framings.slots.protocol import CommandProtocol
 from stagewire._sessions.options import Ends, SessionOptions
 
@@ -46,6 +47,7 @@ class Transport(Protocol):
 
 
 T = TypeVar("T", bound=Transport)
+R = TypeVar("R", bound=Values[Any])
 
 
 def link_options(protocol: object, **chosen: Any) -> dict[str, Any]:
@@ -121,6 +123,7 @@ class Connection(Generic[T]):
         self._reporting.clear()
         self._updating.clear()
         self.info = None
+        self._latest: dict[tuple[Place, type[Values[Any]]], Values[Any]] = {}
         self.stages.forget()
         unit, choices = self.unit, self.choices
         self.names = (choices.model or unit.name,)
@@ -414,7 +417,46 @@ class Connection(Generic[T]):
 
     # Values
 
-    def values_of(self, message: Message, place: Place) -> Values[Any] | None:
-        """Return the values of a message; None if it has none."""
+    def values_of(
+        self, message: Message, place: Place, received: float | None = None
+    ) -> Values[Any] | None:
+        """Return the values of a message; None if it has none.
+
+        :param received: when it was received, in the time of the session; None: now.
+        """
         cls = self.facts.values_of(type(message))
-        return None if cls is None else cls(message, self.scales(place))
+        if cls is None:
+            return None
+        if received is not None:
+            return self.report(cls, message, place, received)
+        return cls(message, self.scales(place), self.arrival())
+
+    def report(
+        self, cls: type[R], message: Message, place: Place, received: float | None = None
+    ) -> R:
+        """Return the values of a message from the controller, and remember them as the latest.
+
+        :param received: as for :meth:`values_of`.
+        """
+        values = cls(message, self.scales(place), self.arrival(received))
+        self._latest[place, cls] = values
+        return values
+
+    def outdate(self, cls: type[Values[Any]], place: Place) -> None:
+        """Forget the latest values of a class, because others were written."""
+        self._latest.pop((place, cls), None)
+
+    def latest(self) -> list[tuple[Place, Values[Any]]]:
+        """Return the latest values of each class with the place that reported them, the newest first."""
+        found = [(place, values) for (place, _), values in tuple(self._latest.items())]
+        return sorted(found, key=lambda one: -one[1].received)
+
+    def arrival(self, received: float | None = None) -> Arrival:
+        """Return the arrival of a message, which is now unless the session read it earlier.
+
+        :param received: when it was read, in the time of the session.
+        """
+        now: float = self.transport.now()
+        if received is None:
+            return now, time()
+        return received, time() - (now - received)

@@ -65,7 +65,8 @@ class EventFilter:
         cls = self._as[type(message)]
         if cls is type(message):
             return message
-        return cls(message, self._at.connection.scales(self._place(event, message)))
+        place = self._place(event, message)
+        return self._at.connection.report(cls, message, place, event.received)
 
     def _place(self, event: Received, message: Message) -> Place:
         """Return the channel that a message is about, which may be any of a device."""

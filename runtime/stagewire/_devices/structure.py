@@ -63,6 +63,11 @@ class PartBase:
                 lines += [f"  {_name(name)}: {first}", *(f"    {line}" for line in others)]
         return "\n".join(lines)
 
+    def _repr_html_(self) -> str:
+        from stagewire._devices.notebook import html_of_part
+
+        return html_of_part(self._at.name, str(self), self._at.connection, self._at.place)
+
     @property
     def _source(self) -> int | None:
         """Source address of the messages of a subscription; None: any."""
@@ -114,6 +119,11 @@ class DeviceBase(PartBase):
 
     def __str__(self) -> str:
         return description(self._at.connection)
+
+    def _repr_html_(self) -> str:
+        from stagewire._devices.notebook import html_of_part
+
+        return html_of_part(self._at.name, str(self), self._at.connection, None)
 
 
 P = TypeVar("P", bound=PartBase)

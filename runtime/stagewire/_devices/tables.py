@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from dataclasses import field as field_of
-from typing import Any, Generic, Literal, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeAlias, TypeVar
 
 from stagewire._codec.flags import Enumeration, Flags
 from stagewire._codec.message import Message
@@ -26,11 +26,21 @@ __all__ = [
     "ParameterSet",
     "Poll",
     "Query",
+    "Reported",
     "Stored",
     "Target",
 ]
 
 V = TypeVar("V", bound=Values[Any])
+if TYPE_CHECKING:  # type checkers know this module; Python has defaults from 3.13 on
+    from typing_extensions import TypeVar as TypeVarWithDefault
+
+    Reported = TypeVarWithDefault(
+        "Reported", bound=Values[Any] | None, covariant=True, default=Values[Any] | None
+    )
+else:
+    Reported = TypeVar("Reported", covariant=True)
+"""Values that a unit reports at the end of a motion."""
 
 Target: TypeAlias = Literal["absolute", "relative"]
 Named: TypeAlias = type[Enumeration] | type[Flags]
@@ -214,16 +224,21 @@ class Action:
     motherboard: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class MotionEnd:
+@dataclass(frozen=True, slots=True, repr=False)
+class MotionEnd(Generic[Reported]):
     """How a motion ended.
 
     :param message: message that reported the end; None if there was none.
     :param values: its values in engineering units; if it has no position and the motion had a target, those
-        of the status that was read instead. None if neither has values.
+        of the status that was read instead. None if neither has values, as after homing. Type checkers
+        know the class for each unit, and that a motion to a target has values.
     :param seconds: seconds from the command to the end.
     """
 
     message: Message | None
-    values: Values[Any] | None
+    values: Reported
     seconds: float
+
+    def __repr__(self) -> str:
+        shown = "no values" if self.values is None else repr(self.values).strip("<>")
+        return f"<MotionEnd after {self.seconds:.3g} s: {shown}>"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from importlib import import_module
@@ -338,7 +338,7 @@ class Facts:
         """Return the aliases that use the messages of a unit."""
         return [alias for alias in self.aliases.values() if alias.like == unit.name]
 
-    def values_of(self, message: type[Message]) -> Callable[..., Values[Any]] | None:
+    def values_of(self, message: type[Message]) -> type[Values[Any]] | None:
         """Return the class of the values of a message; None if it has none."""
         return self.all_values().get(message)
 

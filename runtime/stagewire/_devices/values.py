@@ -2,17 +2,33 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from enum import Enum
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, Self, TypeVar, overload
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    Final,
+    Generic,
+    Never,
+    Self,
+    TypeAlias,
+    TypeVar,
+    overload,
+)
 
 from stagewire._codec.flags import Enumeration, Flags
 from stagewire._codec.message import Message
 from stagewire._devices.scales import Scales
 from stagewire.errors import UnknownFieldError, UnknownScaleError
 
+if TYPE_CHECKING:
+    from datetime import datetime
+
 __all__ = [
+    "Arrival",
     "Bits",
     "BitsByUnit",
     "InUnits",
@@ -30,26 +46,72 @@ E = TypeVar("E", bound=Enumeration)
 F = TypeVar("F", bound=Flags)
 T = TypeVar("T")
 
+Arrival: TypeAlias = tuple[float, float]
+"""When a message arrived: seconds in the time of the session, and seconds since 1970."""
+
 
 class Values(Generic[M]):
     """A message with the scales in effect when it arrived; a generated subclass defines its values.
 
     :param message: message, in counts.
     :param scales: scales of its channel.
+    :param arrival: when it arrived: the time of the session, and the time since 1970, in seconds; None: now.
     """
 
-    __slots__ = ("message", "scales")
+    __slots__ = ("_arrival", "message", "scales")
     message: M
     scales: Scales
+    _arrival: Arrival
     names: ClassVar[tuple[str, ...]] = ()
     """Names of the values; a value in units follows its counts."""
 
-    def __init__(self, message: M, scales: Scales) -> None:
-        object.__setattr__(self, "message", message)
-        object.__setattr__(self, "scales", scales)
+    def __init__(self, message: M, scales: Scales, arrival: Arrival | None = None) -> None:
+        _set_message(self, message)
+        _set_scales(self, scales)
+        _set_arrival(self, arrival or (time.monotonic(), time.time()))
 
     def __init_subclass__(cls) -> None:
         cls.names = tuple(name for name, value in vars(cls).items() if isinstance(value, _Value))
+
+    @property
+    def received(self) -> float:
+        """When the values arrived, in seconds of the clock of the session (``device.session.now()``).
+
+        It never goes backwards; of a virtual controller it is simulated. Values that ``change_…`` returns
+        carry the time when they were written, and those of ``values(message)`` the time of that call.
+        """
+        return self._arrival[0]
+
+    @property
+    def received_at(self) -> datetime:
+        """When the values arrived, in UTC, as the clock of the computer showed it then."""
+        from datetime import UTC, datetime
+
+        return datetime.fromtimestamp(self._arrival[1], UTC)
+
+    def asdict(self) -> dict[str, Any]:
+        """Return the time of arrival and the values as plain data, which :func:`json.dumps` accepts.
+
+        The keys are ``received`` (seconds), ``received_at`` (text in ISO 8601, UTC) and the names of the
+        values. A number with a known scale has the key of its value in units, such as ``position_mm``, and
+        no counts. Named bits are a list of the names that are set, with ``0x…`` for bits without a name; an
+        enumeration is its name, an array a list, and bytes are hex digits.
+        """
+        plain: dict[str, Any] = {
+            "received": self.received,
+            "received_at": self.received_at.isoformat(),
+        }
+        plain.update((name, _plain(value)) for name, value in self.in_units())
+        return plain
+
+    def in_units(self) -> Iterator[tuple[str, Any]]:
+        """Yield every value by name like :meth:`known`, without counts of values that have known units."""
+        known = list(self.known())
+        values = vars(type(self))
+        scaled = {values[name].field for name, _ in known if isinstance(values[name], InUnits)}
+        for name, value in known:
+            if not isinstance(values[name], Raw) or values[name].field not in scaled:
+                yield name, value
 
     def exact(self, name: str) -> Fraction:
         """Return a value in units as an exact fraction.
@@ -102,7 +164,7 @@ class Values(Generic[M]):
             )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.message, self.scales)
+        return type(self), (self.message, self.scales, self._arrival)
 
     def __eq__(self, other: object) -> bool:
         if other.__class__ is not self.__class__:
@@ -112,13 +174,41 @@ class Values(Generic[M]):
     def __hash__(self) -> int:
         return hash((type(self), self.message))
 
+    def quantities(self) -> dict[str, Any]:
+        """Return the values with known units as quantities of pint: ``status.quantities()["position"]``.
+
+        The keys are the names of the values in counts. The quantities belong to the application registry of
+        pint. Raise :class:`~stagewire.errors.UnsupportedError` if pint is not installed.
+        """
+        from stagewire._devices.renderings import quantities
+
+        return quantities(self)
+
     def __repr__(self) -> str:
-        shown = ", ".join(f"{name}={_shown(value)}" for name, value in self.known())
-        return f"{type(self).__name__}({shown})"
+        from stagewire._devices.renderings import short
+
+        return short(self)
+
+    def _repr_html_(self) -> str:
+        from stagewire._devices.renderings import html_of_values
+
+        return html_of_values(self)
 
 
-def _shown(value: object) -> str:
-    return f"{type(value).__name__}.{value.name}" if isinstance(value, Enum) else repr(value)
+_slots: Any = Values  # whose slots can be filled while setting is locked
+_set_message: Final = _slots.message.__set__
+_set_scales: Final = _slots.scales.__set__
+_set_arrival: Final = _slots._arrival.__set__
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, Flags):
+        return [*value.names, *([hex(value.unnamed)] if value.unnamed else [])]
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, tuple):
+        return list(value)
+    return value.hex() if isinstance(value, bytes) else value
 
 
 def _told(value: object) -> str:
@@ -236,8 +326,10 @@ class Bits(_Value[F], Generic[F]):
         return self.table(getattr(values.message, self.field))
 
 
-class BitsByUnit(_Value[Flags]):
+class BitsByUnit(_Value[F], Generic[F]):
     """A number whose bits have different names on some units.
+
+    Type checkers know the names on all other units; most of them are the same.
 
     :param table: class with the names on all other units.
     :param units: unit -> class with its names.
@@ -245,15 +337,16 @@ class BitsByUnit(_Value[Flags]):
 
     __slots__ = ("table", "units")
 
-    def __init__(self, field: str, table: type[Flags], units: dict[str, type[Flags]]) -> None:
+    def __init__(self, field: str, table: type[F], units: dict[str, type[Flags]]) -> None:
         super().__init__(field)
         self.table = table
         self.units = units
 
-    def read(self, values: Values[Any]) -> Flags:
+    def read(self, values: Values[Any]) -> F:
         """Return the bits with the names of the unit that reported them."""
-        table = self.units.get(values.scales.unit, self.table)
-        return table(getattr(values.message, self.field))
+        table: Any = self.units.get(values.scales.unit, self.table)
+        bits: F = table(getattr(values.message, self.field))
+        return bits
 
 
 class InUnits(_Value[float]):

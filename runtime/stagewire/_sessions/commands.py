@@ -195,7 +195,9 @@ class CommandCore(Core):
             since = now if self._owed <= 0 else max(now, self._owed_until)  # it may be noise
             self._drained_at = since + self.options.drain
             log.debug("unexpected bytes: %s", data.hex(" "))
-            self._dispatcher.tell(Garbage(data))
+            garbage = Garbage(data)
+            garbage.received = now
+            self._dispatcher.tell(garbage)
 
     def _take_reply(self, line: CommandExchange, data: bytes) -> bytes:
         """Take the bytes of the reply, and return the rest."""

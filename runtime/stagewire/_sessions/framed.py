@@ -311,6 +311,7 @@ class FramedCore(Core):
         requests, motions = self._requests.awaited, self._motions.awaited
         shared = self._table.shared
         for event in events:
+            event.received = now
             raw = event.raw
             began = self._taken
             self._taken = began + len(raw)

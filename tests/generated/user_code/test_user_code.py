@@ -2,7 +2,7 @@
 
 A line with a mistake ends with ``# wrong: CODE RULE``: the code of mypy and the rule of pyright. Each mistake
 must be found, and nothing else, except that pyright reports unknown types that follow from a mistake. The
-programs themselves assert the types of results.
+programs themselves assert the types of results. The complete programs in the pages for users have no mistake.
 """
 
 from __future__ import annotations
@@ -21,6 +21,20 @@ import npm
 HERE = Path(__file__).parent
 PROGRAMS = HERE / "programs"
 NAMES = sorted(path.name for path in PROGRAMS.glob("*.py"))
+PAGES = ("how-to/devices.md", "tutorials/first-stage.md")
+IN_PAGES = {
+    f"{Path(page).stem.replace('-', '_')}_{number}.py": program
+    for page in PAGES
+    for number, program in enumerate(
+        re.findall(
+            r"^```python\n(.*?)^```",
+            (npm.ROOT / "docs" / page).read_text(encoding="utf-8"),
+            re.DOTALL | re.MULTILINE,
+        )
+    )
+    if ".open(" in program and "import" in program
+}
+"""The complete programs in pages."""
 
 Found = dict[str, set[tuple[int, str]]]
 """By file: the lines with what is wrong there."""
@@ -43,6 +57,8 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The programs in a separate folder, configured only with the strict mode of the checkers."""
     folder = tmp_path_factory.mktemp("project")
     shutil.copytree(PROGRAMS, folder, dirs_exist_ok=True)
+    for name, program in IN_PAGES.items():
+        (folder / name).write_text(program, encoding="utf-8")
     (folder / "mypy.ini").write_text("[mypy]\nstrict = True\n")
     (folder / "pyrightconfig.json").write_text('{"typeCheckingMode": "strict"}')
     return folder
@@ -60,7 +76,9 @@ def mypy(project: Path) -> Found:
     """The findings of mypy."""
     options = ["--output", "json", "--no-error-summary"]
     found: Found = {}
-    for line in run(project, sys.executable, "-m", "mypy", *options, *NAMES).splitlines():
+    for line in run(
+        project, sys.executable, "-m", "mypy", *options, *NAMES, *IN_PAGES
+    ).splitlines():
         said = json.loads(line)
         if said["severity"] == "error":
             found.setdefault(said["file"], set()).add((said["line"], said["code"]))
@@ -98,3 +116,19 @@ def test_programs_exist_with_and_without_mistakes_for_both_apis() -> None:
     assert NAMES == ["bad_asyncio.py", "bad_sync.py", "good_asyncio.py", "good_sync.py"]
     for name in NAMES:
         assert bool(expected(name, 0)) == name.startswith("bad"), name
+
+
+@pytest.mark.matrix
+def test_mypy_accepts_the_programs_in_the_pages(mypy: Found) -> None:
+    assert {name: mypy[name] for name in IN_PAGES if name in mypy} == {}
+
+
+@pytest.mark.matrix
+def test_pyright_accepts_the_programs_in_the_pages(pyright: Found) -> None:
+    found = {
+        (name, line, rule)
+        for name in IN_PAGES
+        for line, rule in pyright.get(name, ())
+        if not rule.startswith(("reportUnknown", "reportMissingTypeStubs"))  # of pandas and pint
+    }
+    assert found == set()

@@ -269,7 +269,7 @@ def test_without_a_stage_only_counts_are_available() -> None:
         with pytest.raises(UnknownScaleError, match="depends on the stage"):
             _ = values.mm
         assert "mm=" not in repr(values)
-        assert "position=0" in repr(values)
+        assert "position 0" in repr(values)
 
 
 def test_an_undocumented_scale_is_not_guessed(tdc: TDC001, line: RecordingLink) -> None:

@@ -135,7 +135,7 @@ def test_mm_of_a_rotary_stage_and_degrees_of_a_linear_one_are_refused() -> None:
             match=r"PRM1_Z8 is a rotary stage: position is in deg, not in mm; read position_deg",
         ):
             _ = status.position_mm
-        assert "position_deg=0.0" in repr(status)
+        assert "position 0 deg" in repr(status)
         assert "mm" not in repr(status)
         with pytest.raises(
             UnknownScaleError,

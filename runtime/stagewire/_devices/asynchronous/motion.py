@@ -7,7 +7,7 @@ when the device is closed, unless the user chose ``on_close="leave"``.
 
 from __future__ import annotations
 
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from stagewire._codec.message import Message
 from stagewire._devices.arguments import fields_of
@@ -69,7 +69,7 @@ class Started:
         self._seconds = deadline.left
         self._deadline = deadline
         self._targets = targets
-        self._end: MotionEnd | StagewireError | None = None
+        self._end: MotionEnd[Any] | StagewireError | None = None
 
     @property
     def done(self) -> bool:
@@ -77,7 +77,7 @@ class Started:
         exchange = self.running.exchange
         return self._end is not None or (exchange is not None and exchange.done)
 
-    async def wait(self, timeout: float | None) -> MotionEnd:
+    async def wait(self, timeout: float | None) -> MotionEnd[Any]:
         """Wait for the end; see :meth:`stagewire.devices.Motion.wait`."""
         if self._end is None:
             seconds = None if timeout is None else self.endpoint.seconds(timeout)
@@ -95,7 +95,7 @@ class Started:
             raise self._end
         return self._end
 
-    async def _wait(self, seconds: float | None, deadline: Deadline) -> MotionEnd:
+    async def _wait(self, seconds: float | None, deadline: Deadline) -> MotionEnd[Any]:
         running, exchange = self.running, self.running.exchange
         if exchange is not None:
             try:
@@ -119,13 +119,13 @@ class Started:
             raise _muted(running.what)
         return self._ended(None)
 
-    def _ended(self, message: Message | None) -> MotionEnd:
+    def _ended(self, message: Message | None) -> MotionEnd[Any]:
         running = self.running
         ended = self.endpoint.now() if running.ended is None else running.ended
         values = (
             None
             if message is None
-            else self.endpoint.connection.values_of(message, self.endpoint.place)
+            else self.endpoint.connection.values_of(message, self.endpoint.place, ended)
         )
         return MotionEnd(message, values, ended - running.started)
 
@@ -140,7 +140,7 @@ class Started:
         said = f": {told}" if told else ""
         return MotionStoppedError(f"{self.running.what} was stopped before its end{said}", message)
 
-    async def stop(self, timeout: float | None) -> MotionEnd | None:
+    async def stop(self, timeout: float | None) -> MotionEnd[Any] | None:
         """Stop the motion; see :meth:`stagewire.devices.Motion.stop`."""
         table = self.action.halted_by
         if table is None or not self.running.stop:
@@ -154,7 +154,7 @@ class Started:
 
 async def act(
     endpoint: Endpoint, action: Action, timeout: float | None, given: Keywords
-) -> MotionEnd:
+) -> MotionEnd[Any]:
     """Start a motion and wait for its end."""
     ends = endpoint.connection.ends_of(action)
     if ends is not None and endpoint.connection.silenced(endpoint.address, ends.completed):
@@ -261,7 +261,7 @@ async def _polled(endpoint: Endpoint, running: Running, poll: Poll, deadline: De
 
 async def halt(
     endpoint: Endpoint, action: Action, timeout: float | None, given: Keywords
-) -> MotionEnd | None:
+) -> MotionEnd[Any] | None:
     """Stop a motion; the stop is sent before all waiting messages.
 
     Return None if the controller does not confirm the stop. The stop is also sent if ``timeout`` is invalid.

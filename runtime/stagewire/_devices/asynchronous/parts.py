@@ -6,14 +6,21 @@ The devices are in :mod:`stagewire._devices.asynchronous.devices`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Generic, TypeVar, overload
+from typing import Any, Generic, Protocol, TypeVar, overload
 
 from stagewire._codec.events import Event
 from stagewire._devices.asynchronous import calls, defaults, motion, readiness, snapshots, status
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.event_filter import EventFilter, First, Second, Third
 from stagewire._devices.structure import ChannelsBase, PartBase
-from stagewire._devices.tables import Action, Command, MotionEnd, ParameterSet, Query
+from stagewire._devices.tables import (
+    Action,
+    Command,
+    MotionEnd,
+    ParameterSet,
+    Query,
+    Reported,
+)
 from stagewire._devices.values import Values
 from stagewire._sessions.asynchronous import AsyncCommandSession, AsyncFramedSession
 from stagewire._sessions.subscriptions import AsyncSubscription
@@ -21,7 +28,7 @@ from stagewire._sessions.subscriptions import AsyncSubscription
 V = TypeVar("V", bound=Values[Any])
 
 
-class Motion:
+class Motion(Generic[Reported]):
     """A motion that was started."""
 
     def __init__(self, started: motion.Started) -> None:
@@ -39,7 +46,7 @@ class Motion:
         """
         return self._started.done
 
-    async def wait(self, timeout: float | None = None) -> MotionEnd:
+    async def wait(self, timeout: float | None = None) -> MotionEnd[Reported]:
         """Wait for the end of the motion and return it.
 
         :param timeout: seconds to wait. After a timeout the motion continues, and you can wait again. None:
@@ -52,9 +59,10 @@ class Motion:
         raise :class:`~stagewire.errors.ReplyTimeoutError` if it has ended but the final position cannot be
         read, :class:`~stagewire.errors.TransportLostError` and :class:`~stagewire.errors.SessionClosedError`.
         """
-        return await self._started.wait(timeout)
+        end: MotionEnd[Any] = await self._started.wait(timeout)
+        return end
 
-    async def stop(self, timeout: float | None = None) -> MotionEnd | None:
+    async def stop(self, timeout: float | None = None) -> MotionEnd[Reported | None] | None:
         """Stop the motion; the stop is sent before all waiting messages.
 
         Return None if the controller does not confirm the stop. Raise
@@ -62,6 +70,23 @@ class Motion:
         :meth:`wait`.
         """
         return await self._started.stop(timeout)
+
+
+class Mover(Protocol[Reported]):
+    """A part that reports values at the end of its motions, for type checkers."""
+
+    @property
+    def _reported(self) -> Reported: ...
+
+    async def _act(
+        self, table: Action, timeout: float | None, **given: object
+    ) -> MotionEnd[Any]: ...
+
+    async def _start(self, table: Action, **given: object) -> Motion[Any]: ...
+
+    async def _halt(
+        self, table: Action, timeout: float | None, **given: object
+    ) -> MotionEnd[Any] | None: ...
 
 
 class Part(PartBase):
@@ -84,15 +109,15 @@ class Part(PartBase):
     async def _tell(self, table: Command, timeout: float | None, **given: object) -> None:
         await calls.tell(self._at, table, timeout, given)
 
-    async def _act(self, table: Action, timeout: float | None, **given: object) -> MotionEnd:
+    async def _act(self, table: Action, timeout: float | None, **given: object) -> MotionEnd[Any]:
         return await motion.act(self._at, table, timeout, given)
 
-    async def _start(self, table: Action, **given: object) -> Motion:
+    async def _start(self, table: Action, **given: object) -> Motion[Any]:
         return Motion(await motion.start(self._at, table, None, given))
 
     async def _halt(
         self, table: Action, timeout: float | None, **given: object
-    ) -> MotionEnd | None:
+    ) -> MotionEnd[Any] | None:
         return await motion.halt(self._at, table, timeout, given)
 
     @property

@@ -191,8 +191,8 @@ def _goes_as_stored(endpoint: Endpoint, action: Action) -> bool:
 
 
 async def checked(
-    endpoint: Endpoint, what: str, targets: tuple[int, ...], end: MotionEnd, deadline: Deadline
-) -> MotionEnd:
+    endpoint: Endpoint, what: str, targets: tuple[int, ...], end: MotionEnd[Any], deadline: Deadline
+) -> MotionEnd[Any]:
     """Return how a motion ended, if it ended on one of its targets.
 
     The status is requested if the end message has no position. It is requested again if the position is off
@@ -260,7 +260,7 @@ def _missed(
     targets: tuple[int, ...],
     position: int,
     tolerance: int,
-    end: MotionEnd,
+    end: MotionEnd[Any],
 ) -> TargetNotReachedError:
     target, scale = position + _miss(targets, position), _scale(endpoint)
 

@@ -48,7 +48,7 @@ def look(endpoint: Endpoint, table: ParameterSet[V] | Query[V], seconds: float) 
     message, replies = _question(endpoint, table, {})
     reply = endpoint.transport.ask(message, replies, endpoint.address_of(table), seconds)
     endpoint.connection.learn(endpoint.address, endpoint.channel, reply)
-    return table.values(reply, endpoint.scales())
+    return endpoint.connection.report(table.values, reply, endpoint.place)
 
 
 def _ask(
@@ -68,7 +68,7 @@ def _ask(
     if running is not None and _settled(endpoint, running):
         framed_transport(endpoint).settled(endpoint.address, endpoint.channel)
     endpoint.connection.learn(endpoint.address, endpoint.channel, reply)
-    return table.values(reply, endpoint.scales())
+    return endpoint.connection.report(table.values, reply, endpoint.place)
 
 
 def _question(
@@ -182,7 +182,8 @@ def change(endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, gi
                 f"written. Also pass this value, or write all values with set_{table.name}"
             ) from None
         write(endpoint, table, message, deadline)
-    return table.values(type(read).keep({**read.values(), **new}), endpoint.scales())
+    written = type(read).keep({**read.values(), **new})
+    return endpoint.connection.report(table.values, written, endpoint.place)
 
 
 def _check_there(
@@ -227,6 +228,7 @@ def write(
     """Send the message that writes a set, and learn from it."""
     endpoint.transport.send(message, endpoint.address_of(table), deadline.left)
     endpoint.connection.learn(endpoint.address, endpoint.channel, message)
+    endpoint.connection.outdate(table.values, endpoint.place)
 
 
 def tell(endpoint: Endpoint, table: Command, timeout: float | None, given: Keywords) -> None:

@@ -8,14 +8,21 @@ The devices are in :mod:`stagewire._devices.synchronous.devices`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Generic, TypeVar, overload
+from typing import Any, Generic, Protocol, TypeVar, overload
 
 from stagewire._codec.events import Event
 from stagewire._devices.event_filter import EventFilter, First, Second, Third
 from stagewire._devices.structure import ChannelsBase, PartBase
 from stagewire._devices.synchronous import calls, defaults, motion, readiness, snapshots, status
 from stagewire._devices.synchronous.transport import Endpoint
-from stagewire._devices.tables import Action, Command, MotionEnd, ParameterSet, Query
+from stagewire._devices.tables import (
+    Action,
+    Command,
+    MotionEnd,
+    ParameterSet,
+    Query,
+    Reported,
+)
 from stagewire._devices.values import Values
 from stagewire._sessions.subscriptions import BlockingSubscription
 from stagewire._sessions.synchronous import CommandSession, FramedSession
@@ -23,7 +30,7 @@ from stagewire._sessions.synchronous import CommandSession, FramedSession
 V = TypeVar("V", bound=Values[Any])
 
 
-class Motion:
+class Motion(Generic[Reported]):
     """A motion that was started."""
 
     def __init__(self, started: motion.Started) -> None:
@@ -41,7 +48,7 @@ class Motion:
         """
         return self._started.done
 
-    def wait(self, timeout: float | None = None) -> MotionEnd:
+    def wait(self, timeout: float | None = None) -> MotionEnd[Reported]:
         """Wait for the end of the motion and return it.
 
         :param timeout: seconds to wait. After a timeout the motion continues, and you can wait again. None:
@@ -54,9 +61,10 @@ class Motion:
         raise :class:`~stagewire.errors.ReplyTimeoutError` if it has ended but the final position cannot be
         read, :class:`~stagewire.errors.TransportLostError` and :class:`~stagewire.errors.SessionClosedError`.
         """
-        return self._started.wait(timeout)
+        end: MotionEnd[Any] = self._started.wait(timeout)
+        return end
 
-    def stop(self, timeout: float | None = None) -> MotionEnd | None:
+    def stop(self, timeout: float | None = None) -> MotionEnd[Reported | None] | None:
         """Stop the motion; the stop is sent before all waiting messages.
 
         Return None if the controller does not confirm the stop. Raise
@@ -64,6 +72,21 @@ class Motion:
         :meth:`wait`.
         """
         return self._started.stop(timeout)
+
+
+class Mover(Protocol[Reported]):
+    """A part that reports values at the end of its motions, for type checkers."""
+
+    @property
+    def _reported(self) -> Reported: ...
+
+    def _act(self, table: Action, timeout: float | None, **given: object) -> MotionEnd[Any]: ...
+
+    def _start(self, table: Action, **given: object) -> Motion[Any]: ...
+
+    def _halt(
+        self, table: Action, timeout: float | None, **given: object
+    ) -> MotionEnd[Any] | None: ...
 
 
 class Part(PartBase):
@@ -86,13 +109,13 @@ class Part(PartBase):
     def _tell(self, table: Command, timeout: float | None, **given: object) -> None:
         calls.tell(self._at, table, timeout, given)
 
-    def _act(self, table: Action, timeout: float | None, **given: object) -> MotionEnd:
+    def _act(self, table: Action, timeout: float | None, **given: object) -> MotionEnd[Any]:
         return motion.act(self._at, table, timeout, given)
 
-    def _start(self, table: Action, **given: object) -> Motion:
+    def _start(self, table: Action, **given: object) -> Motion[Any]:
         return Motion(motion.start(self._at, table, None, given))
 
-    def _halt(self, table: Action, timeout: float | None, **given: object) -> MotionEnd | None:
+    def _halt(self, table: Action, timeout: float | None, **given: object) -> MotionEnd[Any] | None:
         return motion.halt(self._at, table, timeout, given)
 
     @property

@@ -13,6 +13,7 @@ def one_stage(tdc: TDC001) -> None:
     tdc.move_absolute(mm=[1.5])  # wrong: arg-type reportArgumentType
     tdc.move_absolute(counts=1.5)  # wrong: arg-type reportArgumentType
     tdc.move_absolute(mm=1.5).wait()  # wrong: attr-defined reportAttributeAccessIssue
+    print(tdc.home().values.position)  # wrong: attr-defined reportAttributeAccessIssue
     tdc.start_move_absolute(mm=1.5, timeout=3)  # wrong: call-arg reportCallIssue
     tdc.jog()  # wrong: call-arg reportCallIssue
     tdc.jog(1.5)  # wrong: arg-type reportArgumentType

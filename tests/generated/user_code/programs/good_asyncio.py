@@ -18,10 +18,12 @@ async def one_stage(url: str) -> float:
     """Home a stage and move it."""
     async with TDC001.open(url, stage="Z8", travel_mm=(0, 25)) as tdc:
         assert_type(tdc, TDC001)
-        assert_type(await tdc.home(), MotionEnd)
-        await tdc.move_absolute(mm=1.5)
+        assert_type(await tdc.home(), MotionEnd[None])
+        assert_type((await tdc.move_absolute(mm=1.5)).values.position_mm, float)
         motion = await tdc.start_move_relative(mm=-0.5)
-        assert_type(motion, AsyncMotion)
+        started: AsyncMotion = motion
+        assert_type(started.done, bool)
+        assert_type((await motion.wait()).values.position, int)
         await motion.stop()
         changed = await tdc.change_vel_params(max_velocity_mm_per_s=2.5)
         assert_type(changed.max_velocity_mm_per_s, float)
@@ -32,7 +34,8 @@ async def two_bays(url: str) -> None:
     """Both bays move at the same time."""
     async with BBD102.open(url, stages={1: "MLS203", 2: "MLS203"}) as bbd102:
         ends = await asyncio.gather(*(bay.move_absolute(mm=10) for bay in bbd102.bays))
-        assert_type(ends, list[MotionEnd])
+        plain: list[MotionEnd] = [*ends]
+        print([end.values.position_mm for end in ends], plain)
 
 
 async def listen(url: str) -> int:

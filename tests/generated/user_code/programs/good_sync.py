@@ -22,8 +22,12 @@ def one_stage(url: str) -> float:
     """Home a stage and move it, in engineering units and in counts."""
     with TDC001.open(url, stage="Z8", travel_mm=25, log="session.txt") as tdc:
         assert_type(tdc, TDC001)
-        assert_type(tdc.home(), MotionEnd)
-        assert_type(tdc.move_absolute(mm=1.5), MotionEnd)
+        assert_type(tdc.home(), MotionEnd[None])
+        end = tdc.move_absolute(mm=1.5)
+        any_end: MotionEnd = end
+        print(any_end.seconds, end.values.asdict(), end.values.received_at)
+        assert_type(tdc.move_absolute(mm=1.5).values.position, int)
+        assert_type(tdc.move_relative(mm=1).values.position_mm, float)
         tdc.move_absolute(counts=34_304, timeout=30)
         tdc.move_relative(mm=-0.25)
         tdc.jog(enumerations.MoveDirection.FORWARD)
@@ -32,10 +36,11 @@ def one_stage(url: str) -> float:
         tdc.stop("immediate")
         tdc.set_av_modes(mode_bits="ledmode_ident|ledmode_moving")
         motion = tdc.start_move_absolute(mm=12)
-        assert_type(motion, Motion)
+        started: Motion = motion
+        assert_type(started.done, bool)
         assert_type(motion.done, bool)
         motion.stop()
-        assert_type(motion.wait(timeout=60), MotionEnd)
+        assert_type(motion.wait(timeout=60).values.position_mm, float)
         tdc.set_vel_params(min_velocity=0, acceleration_mm_per_s2=1.5, max_velocity_mm_per_s=2.3)
         changed = tdc.change_vel_params(max_velocity_mm_per_s="2.5")
         assert_type(changed.max_velocity_mm_per_s, float)

@@ -1214,7 +1214,7 @@ class CanStopLutOutput(Part):
     ``PZ_STOP_LUTOUTPUT``; Issue 3, page 112.
     """
 
-    async def stop_lut_output(self, *, timeout: float | None = None) -> MotionEnd | None:
+    async def stop_lut_output(self, *, timeout: float | None = None) -> MotionEnd[None] | None:
         """Stop the waveform output.
 
         Stops the output of the waveform table. Sent ahead of all waiting requests.

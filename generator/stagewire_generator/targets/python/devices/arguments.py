@@ -26,8 +26,8 @@ METHODS = frozenset(keyword.kwlist) | frozenset({
 })  # fmt: skip
 # Names that arguments of methods, and attributes of the values they return, cannot have.
 ARGUMENTS = frozenset(keyword.kwlist) | frozenset({
-    "counts", "e", "exact", "f", "known", "m", "message", "mro", "names", "scales", "self", "t", "told",
-    "timeout", "v"
+    "asdict", "counts", "e", "exact", "f", "in_units", "known", "m", "message", "mro", "names", "quantities",
+    "received", "received_at", "scales", "self", "t", "told", "timeout", "v"
 })  # fmt: skip
 
 

@@ -35,7 +35,7 @@ from stagewire_generator.targets.python.devices.needs_view import (
     position_entries,
 )
 from stagewire_generator.targets.python.devices.parts import UnitPlan
-from stagewire_generator.targets.python.devices.plan import device_framing_of
+from stagewire_generator.targets.python.devices.plan import Call, device_framing_of
 from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
 from stagewire_generator.targets.python.named_view import scale_of
 from stagewire_generator.targets.python.source import literal
@@ -384,29 +384,39 @@ def _strings(head: str, names: list[str]) -> Nested:
     return Nested(f"{head}(", tuple(map(literal, names)), ")")
 
 
-def _moving(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
-    """Yield how a motion is detected: the bits of a status, the request for it, or a poll."""
-    found: list[tuple[str, int, Source]] = []
+def status_call(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Call | None:
+    """Return the request for the status that shows whether a unit moves; None if it has none."""
+    asked = {
+        (length, call.constant): call
+        for name, length, _ in _statuses(protocol, unit)
+        for call in tables.calls
+        if call.values
+        and call.values.message.name == name
+        and call.message.name in unit.messages | {name}
+    }
+    return asked[max(asked)] if asked else None
+
+
+def _statuses(protocol: Protocol, unit: UnitPlan) -> Iterator[tuple[str, int, Source]]:
+    """Yield the messages with bits that show motion: name, length, and the bits."""
     for message, layout in said_by(protocol, unit):
         for field in layout.fields:
             mask = _motion(field, unit.name)
             if mask:
                 value = f"({literal(field.name)}, 0x{mask:0{2 * field.format.size}X})"
-                found.append((message.name, layout.length, f"{class_of(message, layout)}: {value}"))
+                yield message.name, layout.length, f"{class_of(message, layout)}: {value}"
+
+
+def _moving(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
+    """Yield how a motion is detected: the bits of a status, the request for it, or a poll."""
+    found = list(_statuses(protocol, unit))
     if (
         found and not rules_of(protocol.framing["kind"]).polls
     ):  # otherwise a command polls whether an axis is idle
         yield Nested("moving={", tuple(source for *_, source in found), "}")
-    asked = [
-        (length, call.constant)
-        for name, length, _ in found
-        for call in tables.calls
-        if call.values
-        and call.values.message.name == name
-        and call.message.name in unit.messages | {name}
-    ]
-    if asked:
-        yield f"status_query=t.{max(asked)[1]}"
+    status = status_call(protocol, unit, tables)
+    if status is not None:
+        yield f"status_query=t.{status.constant}"
     for message in protocol.messages:
         if message.name in unit.messages and "ends_when" in message.exchange:
             yield Nested("idle=Poll(", tables.poll(message.exchange["ends_when"]).items, ")")

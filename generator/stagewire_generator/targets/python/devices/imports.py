@@ -78,8 +78,8 @@ def parts_imports(package: str, used: Collection[str], aio: bool) -> tuple[Impor
 
     :param used: the names in its methods.
     """
-    motion = ["Motion"] if "Motion" in used else []
-    more = [name for name in ("MotionEnd", "Number") if name in used]
+    motion = [name for name in ("Motion", "Mover") if name in used]
+    more = [name for name in ("MotionEnd", "Number", "Reported") if name in used]
     return (
         Import(SUPPORT, (*_bases(["Part", *motion], aio), *more)),
         *_aliased(package, used),
@@ -89,12 +89,22 @@ def parts_imports(package: str, used: Collection[str], aio: bool) -> tuple[Impor
 
 
 def units_imports(
-    package: str, side: str, bases: Collection[str], chapters: Collection[str], aio: bool
+    package: str,
+    side: str,
+    bases: Collection[str],
+    chapters: Collection[str],
+    aio: bool,
+    typed: bool,
 ) -> tuple[Import, ...]:
-    """Return the imports of the module of units."""
+    """Return the imports of the module of units.
+
+    :param typed: whether classes have types of the values at the end of a motion.
+    """
     parts = [Import(f"{package}.{side}.parts", tuple(chapters))] if chapters else []
     facts = Import(f"{package}.devices.facts", ("FACTS", "UNITS"))
     ours = [*parts, facts] if side < "devices" else [facts, *parts]
+    if typed:
+        ours.insert(1 if side < "devices" else 0, Import(f"{package}.devices", ("values as v",)))
     return (Import(SUPPORT, tuple(_bases(bases, aio))), *ours)
 
 

@@ -29,8 +29,7 @@ from stagewire_generator.targets.python.devices.plan import (
 _TYPES = {"integer": "int", "text": "str", "bytes": "bytes", "array": "tuple[int, ...]"}
 _PRIMITIVES = {"get_": "_get", "set_": "_set", "change_": "_change", "start_": "_start"}
 _OF_KIND = {"query": "_ask", "action": "_act", "halt": "_halt", "command": "_tell"}
-_RETURNS = {"set_": "None", "start_": "Motion"}
-_RETURNS_OF_KIND = {"action": "MotionEnd", "halt": "MotionEnd | None", "command": "None"}
+_MOTIONS = {"": "MotionEnd[{}]", "start_": "Motion[{}]"}
 
 
 class MethodView(NamedTuple):
@@ -43,8 +42,10 @@ class MethodView(NamedTuple):
     returns: str
 
 
-def method_view(protocol: Protocol, call: Call, verb: str, name: str) -> MethodView:
+def method_view(protocol: Protocol, call: Call, verb: str, name: str, end: str) -> MethodView:
     """Make the view of a method.
+
+    :param end: type of the values at the end of a motion; see :mod:`.motion_types`.
 
     :param verb: the prefix of its name; empty for a name that is only the words of the call.
     """
@@ -61,11 +62,14 @@ def method_view(protocol: Protocol, call: Call, verb: str, name: str) -> MethodV
     primitive = primitive or _OF_KIND[call.kind]
     if verb == "set_" and "get" not in call.members:
         primitive = "_tell"  # it cannot be read, so it is a command
-    returns = _RETURNS.get(verb) if call.kind in ("set", "action") else None
-    if returns is None:
-        returns = f"v.{call.values.name}" if call.values else _RETURNS_OF_KIND[call.kind]
+    returns = "None"
+    if call.kind in ("action", "halt"):
+        returns = _MOTIONS[verb].format(end) + (" | None" if call.kind == "halt" else "")
+    elif verb != "set_" and call.values:
+        returns = f"v.{call.values.name}"
     some = verb == "change_"
-    items: list[Source] = ["self", *(_parameter(a, False) for a in positional)]
+    mover = "self: Mover[Reported]" if "Reported" in returns else "self"
+    items: list[Source] = [mover, *(_parameter(a, False) for a in positional)]
     keywords = [p for a in asked for p in _keywords(a, False)]
     keywords += [
         p for a in _without(arguments, positional) for p in _keywords(a, some or a.is_partial)

@@ -24,6 +24,7 @@ from stagewire_generator.targets.python.devices.imports import (
     units_imports,
     values_imports,
 )
+from stagewire_generator.targets.python.devices.motion_types import MotionTypes
 from stagewire_generator.targets.python.devices.parts import (
     ClassPlan,
     MethodView,
@@ -66,30 +67,36 @@ class UnitClassView(NamedTuple):
     members: tuple[str, ...]
 
 
-def unit_class_views(protocol: Protocol, unit: UnitPlan, kind: str) -> list[UnitClassView]:
+def unit_class_views(
+    protocol: Protocol, unit: UnitPlan, kind: str, types: MotionTypes
+) -> list[UnitClassView]:
     """Make the views of the classes of a unit; the device itself is the last.
 
     :param kind: words for their docstrings, such as ``" for asyncio"``.
     """
-    return [view for plan in unit.classes for view in _views(protocol, unit, plan, kind)]
+    return [view for plan in unit.classes for view in _views(protocol, unit, plan, kind, types)]
 
 
 def _views(
-    protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str
+    protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str, types: MotionTypes
 ) -> Iterator[UnitClassView]:
     base = f"{plan.base}[{plan.element}]" if plan.element else plan.base
     parts = [f"{part.calls[0].message.chapter}.{part.name}" for part in plan.parts]
     bases = (base, *parts)
+    reported = types.of_unit(unit, plan)
+    typed = [f"if TYPE_CHECKING:\n        _reported: {reported}"] if reported else []
     members = []
     if plan.level == "device":
         if parts:  # help() begins with the bases of a class: one instead of thirty
             calls = f"_{plan.name}Calls"
             doc = docstring(f"The calls of a {unit.name}{kind}.")
-            yield UnitClassView(calls, Nested(f"class {calls}(", bases, "):"), doc, ())
-            bases = (calls,)
+            head = Nested(f"class {calls}(", bases, "):")
+            yield UnitClassView(calls, head, doc, tuple(typed))
+            bases, typed = (calls,), []
         members += ["facts = FACTS", f"unit = UNITS[{literal(unit.name)}]"]
     if plan.element:
         members.append(f"{_ELEMENTS[plan.base]} = {plan.element}")
+    members += [("\n    " if members else "") + one for one in typed]
     head = Nested(f"class {plan.name}(", bases, "):")
     yield UnitClassView(plan.name, head, _doc(protocol, unit, plan, kind), tuple(members))
 
@@ -184,12 +191,14 @@ class SideView(NamedTuple):
 
     :param package: ``devices`` or ``aio``.
     :param kind: words for docstrings: empty or ``" for asyncio"``.
+    :param typed: whether classes have types of the values at the end of a motion.
     """
 
     package: str
     kind: str
     parts: tuple[ModuleView, ...]
     units: ModuleView
+    typed: bool
 
 
 class DevicesView(NamedTuple):
@@ -220,7 +229,8 @@ def devices_view(protocol: Protocol) -> DevicesView | None:
     every = [view for m in values for view in m.classes if isinstance(view, ValuesView)]
     statements = tables.tables()
     facts = facts_view(protocol, parts.units, tables)
-    made = _parts(protocol, parts)
+    types = MotionTypes(plan, tables)
+    made = _parts(protocol, parts, types)
     return DevicesView(
         names=tuple(unit.name for unit in parts.units),
         values=values,
@@ -231,8 +241,8 @@ def devices_view(protocol: Protocol) -> DevicesView | None:
         facts=facts,
         facts_imports=facts_imports(package, facts.statements),
         sides=(
-            _side(protocol, parts, made, "devices", "", aio=False),
-            _side(protocol, parts, made, "aio", " for asyncio", aio=True),
+            _side(protocol, parts, made, types, "devices", "", aio=False),
+            _side(protocol, parts, made, types, "aio", " for asyncio", aio=True),
         ),
     )
 
@@ -251,11 +261,11 @@ def _values(plan: Plan) -> tuple[ModuleView, ...]:
     return tuple(modules)
 
 
-def _parts(protocol: Protocol, parts: Parts) -> dict[str, list[PartView]]:
+def _parts(protocol: Protocol, parts: Parts, types: MotionTypes) -> dict[str, list[PartView]]:
     """Return the parts for threads by chapter, in the order of the document."""
     made: dict[str, list[PartView]] = {chapter.name: [] for chapter in protocol.chapters}
     for part in parts.parts:
-        made[part.calls[0].message.chapter].append(_part(protocol, part, parts))
+        made[part.calls[0].message.chapter].append(_part(protocol, part, parts, types))
     return {chapter: views for chapter, views in made.items() if views}
 
 
@@ -263,6 +273,7 @@ def _side(
     protocol: Protocol,
     parts: Parts,
     made: Mapping[str, Sequence[PartView]],
+    types: MotionTypes,
     package: str,
     kind: str,
     aio: bool,
@@ -278,23 +289,27 @@ def _side(
         names = tuple(view.name for view in views)
         classes = tuple(map(_asynchronous, views) if aio else views)
         modules.append(ModuleView(chapter, imports, names, classes))
-    units = tuple(view for unit in parts.units for view in unit_class_views(protocol, unit, kind))
+    units = tuple(
+        view for unit in parts.units for view in unit_class_views(protocol, unit, kind, types)
+    )
+    typed = any("_reported" in member for view in units for member in view.members)
     every = tuple(view.name for view in units if not view.name.startswith("_"))
     bases = {plan.base for unit in parts.units for plan in unit.classes}
     chapters = [m.name for m in modules]
-    imports = units_imports(protocol.package, package, bases, chapters, aio)
+    imports = units_imports(protocol.package, package, bases, chapters, aio, typed)
     return SideView(
         package=package,
         kind=kind,
         parts=tuple(modules),
         units=ModuleView("units", imports, every, units),
+        typed=typed,
     )
 
 
-def _part(protocol: Protocol, part: Part, parts: Parts) -> PartView:
+def _part(protocol: Protocol, part: Part, parts: Parts, types: MotionTypes) -> PartView:
     """Return the view of a part for threads."""
     methods = [
-        method_view(protocol, call, verb, verb + parts.names[call.constant])
+        method_view(protocol, call, verb, verb + parts.names[call.constant], types.of_end(call))
         for call in part.calls
         for verb in (part.verbs if call.kind == "set" else call.methods)
     ]

@@ -1,0 +1,52 @@
+"""Devices and their parts as HTML for notebooks.
+
+Displaying a device sends nothing: the identity, the stages and the values that were read last are known.
+"""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+from stagewire._devices.connection import Connection
+from stagewire._devices.renderings import html_of_values, short, table
+from stagewire._devices.stages import Place
+from stagewire._devices.values import Values
+
+
+def html_of_part(
+    name: str, description: str, connection: Connection[Any], only: Place | None
+) -> str:
+    """Return a device, or a part of it, as HTML: what it is, and the values that were last read.
+
+    :param description: several lines; the first is the title.
+    :param only: address and channel of the part; None for the whole device.
+    """
+    title, *lines = description.splitlines()
+    serial = (
+        None if connection.info is None else getattr(connection.info.message, "serial_number", None)
+    )
+    rows = [("unit", name), ("serial number", "not asked" if serial is None else str(serial))]
+    rows.append(("port", connection.url))
+    for place, channel in connection.places.items():
+        if only in (place, None):
+            rows.append((f"stage, {_channel(channel)}", connection.stages.described(place)))
+    known = [values for place, values in connection.latest() if only in (place, None)]
+    parts = [table(title, rows)]
+    parts += [
+        f'<details open="">{_summary(values)}{html_of_values(values)}</details>' for values in known
+    ]
+    parts.append(
+        f"<details><summary>limits and scales</summary><pre>{escape(chr(10).join(lines))}</pre></details>"
+    )
+    read = "the values above were" if known else "no values were read yet; values are"
+    parts.append(f"<p>Displaying this sends nothing: {read} read by <code>get_…()</code>.</p>")
+    return f"<div>{''.join(parts)}</div>"
+
+
+def _channel(name: object) -> str:
+    return f"{name[0]} channel {name[1]}" if isinstance(name, tuple) else f"channel {name}"
+
+
+def _summary(values: Values[Any]) -> str:
+    return f"<summary>{escape(short(values).strip('<>'))}</summary>"
