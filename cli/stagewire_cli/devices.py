@@ -33,14 +33,6 @@ Bay = Annotated[
     int | None,
     typer.Option("--bay", min=1, help="Bay of a rack, from 1 (address 0x21)."),
 ]
-Stage = Annotated[
-    str | None,
-    typer.Option(
-        "--stage",
-        metavar="NAME",
-        help="Stage on the controller, such as Z8; needed for mm and degrees.",
-    ),
-]
 ScaleSource = Annotated[
     str | None,
     typer.Option(

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.devices import Bay, LinkUrl, ScaleSource, Stage, Unit, seconds_above_0
+from stagewire_cli.devices import Bay, LinkUrl, ScaleSource, Unit, seconds_above_0
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.stages import StageName, StagesFile, chosen_stage
 
 EXAMPLE = """\b
 Examples:
@@ -21,7 +22,8 @@ Examples:
 def monitor(
     url: LinkUrl,
     unit: Unit = None,
-    stage: Stage = None,
+    stage: StageName = None,
+    stages: StagesFile = None,
     scale_source: ScaleSource = None,
     bay: Bay = None,
     seconds: Annotated[
@@ -58,5 +60,5 @@ def monitor(
         from stagewire_cli.monitor_board import check_plot
 
         check_plot(plot)
-    scales = {"stage": stage, "scale_source": scale_source}
+    scales = {"stage": chosen_stage(stage, stages), "scale_source": scale_source}
     watch(url, unit, scales, bay, seconds=seconds, picture=plot, log=log)

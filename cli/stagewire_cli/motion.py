@@ -10,12 +10,12 @@ from stagewire_cli.devices import (
     Bay,
     LinkUrl,
     ScaleSource,
-    Stage,
     Unit,
     seconds_above_0,
     travel_options,
 )
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.stages import StageName, StagesFile, chosen_stage
 
 MOVE_EXAMPLE = """\b
 Examples:
@@ -87,7 +87,8 @@ def move(
         bool, typer.Option("--counts", help="Read --to or --by as raw counts.")
     ] = False,
     unit: Unit = None,
-    stage: Stage = None,
+    stage: StageName = None,
+    stages: StagesFile = None,
     scale_source: ScaleSource = None,
     travel: MoveTravel = None,
     bay: Bay = None,
@@ -108,13 +109,19 @@ def move(
         raise CalledWronglyError("give either --to (a position) or --by (a distance)")
     target = Target.parse(number, relative=by is not None, counts=counts)
     where = PartAddress(url, unit, bay, channel, axis)
-    options = {"stage": stage, "scale_source": scale_source, **travel_options(travel)}
+    options = {
+        "stage": chosen_stage(stage, stages),
+        "scale_source": scale_source,
+        **travel_options(travel),
+    }
     run_move(where, target, options, timeout=timeout, yes=yes)
 
 
 def home(
     url: LinkUrl,
     unit: Unit = None,
+    stage: StageName = None,
+    stages: StagesFile = None,
     bay: Bay = None,
     channel: ChannelOption = None,
     axis: AxisOption = None,
@@ -128,7 +135,8 @@ def home(
     """
     from stagewire_cli.motion_session import PartAddress, run_home
 
-    run_home(PartAddress(url, unit, bay, channel, axis), timeout=timeout, yes=yes)
+    where = PartAddress(url, unit, bay, channel, axis)
+    run_home(where, chosen_stage(stage, stages), timeout=timeout, yes=yes)
 
 
 def jog(
@@ -140,7 +148,8 @@ def jog(
         ),
     ],
     unit: Unit = None,
-    stage: Stage = None,
+    stage: StageName = None,
+    stages: StagesFile = None,
     scale_source: ScaleSource = None,
     travel: MoveTravel = None,
     bay: Bay = None,
@@ -157,7 +166,11 @@ def jog(
     from stagewire_cli.motion_session import PartAddress, run_jog
 
     where = PartAddress(url, unit, bay, channel, axis)
-    options = {"stage": stage, "scale_source": scale_source, **travel_options(travel)}
+    options = {
+        "stage": chosen_stage(stage, stages),
+        "scale_source": scale_source,
+        **travel_options(travel),
+    }
     run_jog(where, direction, options, timeout=timeout, yes=yes)
 
 
@@ -170,6 +183,7 @@ def stop(
     to: Annotated[str | None, typer.Option("--to", hidden=True)] = None,
     by: Annotated[str | None, typer.Option("--by", hidden=True)] = None,
     stage: Annotated[str | None, typer.Option("--stage", hidden=True)] = None,
+    stages: Annotated[str | None, typer.Option("--stages", hidden=True)] = None,
     scale_source: Annotated[str | None, typer.Option("--scale-source", hidden=True)] = None,
     travel: Annotated[str | None, typer.Option("--travel", hidden=True)] = None,
     timeout: Annotated[str | None, typer.Option("--timeout", hidden=True)] = None,

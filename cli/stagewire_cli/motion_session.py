@@ -12,6 +12,7 @@ from typing import Any
 
 import typer
 
+from stagewire import Stage
 from stagewire.errors import (
     ControllerFaultError,
     MotionTimeoutError,
@@ -147,9 +148,9 @@ def _place(position: int | None) -> str:
     return "an unknown position" if position is None else f"position {position}"
 
 
-def run_home(where: PartAddress, *, timeout: float, yes: bool) -> None:
-    """Home one part, after a confirmation."""
-    with _opened_part(where, yes, timeout) as (device, name, part):
+def run_home(where: PartAddress, stage: Stage | str | None, *, timeout: float, yes: bool) -> None:
+    """Home one part, after a confirmation; the stage is used to show positions in its unit."""
+    with _opened_part(where, yes, timeout, stage=stage) as (device, name, part):
         start = _call(device, part, "start_home")
         saying = f"will home from {_position(part)} with the settings of the controller"
         _act(device, name, part, saying, start, timeout, yes)

@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from stagewire_cli.errors import OK, WRONG, CalledWronglyError
+from stagewire_cli.stages import StagesFile, chosen_stage
 
 EXAMPLE = """\b
 Examples:
@@ -98,6 +99,7 @@ def virtual(
         str | None,
         typer.Option("--stage", metavar="NAME", help="Stage on the controller, such as Z8."),
     ] = None,
+    stages: StagesFile = None,
     travel: Annotated[
         int | None,
         typer.Option(
@@ -227,7 +229,7 @@ def virtual(
     recording.
     """
     options = {
-        "stage": stage,
+        "stage": chosen_stage(stage, stages),
         "travel": travel,
         "position": position,
         "seed": seed,

@@ -24,6 +24,7 @@ from stagewire.errors import StagewireError
 
 TYPE_CHECKING: bool = False  # importing typing would double the import time
 if TYPE_CHECKING:
+    from stagewire.devices import read_stages
     from stagewire.discovery import discover as discover
     from stagewire.discovery import open as open
     from stagewire.quantities import Scale, Stage, UnknownScale
@@ -46,6 +47,7 @@ __all__ = [
     "discover",
     "load_protocol",
     "open",
+    "read_stages",
 ]
 
 __version__ = "0.1.0"
@@ -53,7 +55,11 @@ __version__ = "0.1.0"
 if not TYPE_CHECKING:  # otherwise type checkers would accept any name
     __getattr__, __dir__ = lazy(
         __name__,
-        {"quantities": "Scale Stage UnknownScale", "discovery": "discover open"},
+        {
+            "quantities": "Scale Stage UnknownScale",
+            "devices": "read_stages",
+            "discovery": "discover open",
+        },
         "capture columns devices discovery errors framing links protocols quantities sessions support",
     )
 

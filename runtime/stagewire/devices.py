@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stagewire._devices.candidates import candidates, clean_model
     from stagewire._devices.options import OpenOptions
     from stagewire._devices.scales import Scales, ToldValue
+    from stagewire._devices.stage_files import read_stages
     from stagewire._devices.synchronous.devices import Device
     from stagewire._devices.synchronous.parts import Motion, Part
     from stagewire._devices.tables import MotionEnd
@@ -41,6 +42,7 @@ __all__ = [
     "Values",
     "candidates",
     "clean_model",
+    "read_stages",
 ]
 
 __path__: list[str] = []  # 0.1 had modules below this name; see stagewire._deprecated
@@ -59,5 +61,6 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_devices.values": "Bits BitsByUnit InUnits Raw Values",
             "_devices.scales": "Scales ToldValue",
             "_devices.candidates": "candidates clean_model",
+            "_devices.stage_files": "read_stages",
         },
     )

@@ -76,7 +76,12 @@ _ONE_OF_TWO: Final = 0.5
 
 
 def stage_of(units: Sequence[Unit], value: Any) -> Stage | None:
-    """Return the stage with this name of the protocol of the units; None if no unit is known."""
+    """Return the stage with this name of the protocol of the units; None if no unit is known.
+
+    A :class:`~stagewire.quantities.Stage` of a user is returned as it is.
+    """
+    if isinstance(value, Stage):
+        return value
     name = text(value)
     if not units:
         return None

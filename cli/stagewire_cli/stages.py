@@ -1,0 +1,82 @@
+"""The stage of a command: one of the registry, or of a TOML file of the user."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stagewire_cli.errors import CalledWronglyError
+
+if TYPE_CHECKING:
+    from stagewire import Stage
+
+StageName = Annotated[
+    str | None,
+    typer.Option(
+        "--stage",
+        metavar="NAME",
+        help="Stage on the controller, such as Z8; needed for mm and degrees.",
+    ),
+]
+StagesFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--stages",
+        metavar="FILE",
+        envvar="STAGEWIRE_STAGES",
+        help="TOML file with your own stages, which --stage can name.",
+    ),
+]
+
+
+def own_stages(file: Path | None) -> dict[str, Stage]:
+    """Return the stages of a file by name; raise :class:`CalledWronglyError` if it is invalid."""
+    if file is None:
+        return {}
+    from stagewire import read_stages
+    from stagewire.errors import BadValueError
+
+    try:
+        return read_stages(file)
+    except BadValueError as error:
+        raise CalledWronglyError(f"--stages {error}") from None
+    except OSError as error:
+        raise CalledWronglyError(f"--stages {file}: {error.strerror or error}") from None
+
+
+def known_stages() -> dict[str, Stage]:
+    """Return the stages of all registries by each of their names, those of catalogues included."""
+    from stagewire.quantities import stages_of
+    from stagewire_cli.protocols import one_or_all
+
+    found: dict[str, Stage] = {}
+    for protocol in one_or_all(None):
+        if protocol.registry()["stages"]:
+            stages = stages_of(protocol.package)
+            found |= {name: stage for stage in stages for name in stage.catalogue}
+            found |= {stage.name: stage for stage in stages}
+    return found
+
+
+def chosen_stage(name: str | None, file: Path | None) -> Stage | str | None:
+    """Return the stage of the user with a name in any case, or else the name, which is in a registry.
+
+    Raises :class:`CalledWronglyError` for an unknown name, and for an invalid file.
+    """
+    if name is None:
+        return None
+    own = own_stages(file)
+    for known, stage in own.items():
+        if known.upper() == name.upper():
+            return stage
+    names = {known.upper(): known for known in (*own, *known_stages())}
+    if name.upper() in names:
+        return name
+    close = difflib.get_close_matches(name.upper()[:80], names, n=3)
+    like = f"; did you mean {' or '.join(names[word] for word in close)}?" if close else ""
+    raise CalledWronglyError(
+        f"--stage: unknown stage {name}{like} (stagewire show lists all; --stages FILE adds your own)"
+    )
