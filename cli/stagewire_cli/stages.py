@@ -80,3 +80,30 @@ def chosen_stage(name: str | None, file: Path | None) -> Stage | str | None:
     raise CalledWronglyError(
         f"--stage: unknown stage {name}{like} (stagewire show lists all; --stages FILE adds your own)"
     )
+
+
+def one_stage(name: str, file: Path | None, unit: str | None) -> Stage:
+    """Return the stage with a name in any case, preferably one that is known on a unit.
+
+    Raises :class:`CalledWronglyError` for an unknown name, and for one of several stages.
+    """
+    from stagewire.quantities import find_stages
+    from stagewire_cli.protocols import one_or_all
+
+    chosen = chosen_stage(name, file)
+    if not isinstance(chosen, str):
+        assert chosen is not None
+        return chosen
+    found = [
+        stage
+        for protocol in one_or_all(None)
+        if protocol.registry()["stages"]
+        for stage in find_stages(protocol.package, chosen)
+    ]
+    usable = [stage for stage in found if unit and stage.is_known_on(unit)] or found
+    if len(usable) > 1:
+        several = ", ".join(f"{stage.name} ({stage.title})" for stage in usable)
+        raise CalledWronglyError(
+            f"--stage: {name} is the catalogue name of several stages; choose {several}"
+        )
+    return usable[0]

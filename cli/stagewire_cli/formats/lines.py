@@ -13,7 +13,15 @@ from stagewire.errors import CodecError
 from stagewire.framing import TextReceived
 from stagewire.protocols import Frame
 from stagewire_cli.formats.task import Task
-from stagewire_cli.formats.writer import AS_JSON, AS_WORDS, PENDING, FieldsText, TextWriter, compact
+from stagewire_cli.formats.writer import (
+    AS_JSON,
+    AS_WORDS,
+    ENGINEERING,
+    PENDING,
+    FieldsText,
+    TextWriter,
+    compact,
+)
 from stagewire_cli.output import console
 from stagewire_cli.rendering import event_line, explain, frame_line, frame_table, frame_title
 from stagewire_cli.values import context_option
@@ -37,7 +45,7 @@ class JsonLinesWriter(TextWriter):
 
     def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
         """Write the testee's answer."""
-        self._print({"id": self._count, "ok": True} | frame_answer(decoded))
+        self._print({"id": self._count, "ok": True} | self._answer(decoded))
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
         """Write the testee's refusal."""
@@ -45,8 +53,11 @@ class JsonLinesWriter(TextWriter):
 
     def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message of a stream."""
-        if not isinstance(decoded, Frame) or (fields := self._fields.of(decoded.message)) is None:
-            self._print(self._place(offset) | {"event": kind} | frame_answer(decoded))
+        fields = None
+        if isinstance(decoded, Frame) and self.task.stage_values is None:
+            fields = self._fields.of(decoded.message)
+        if not isinstance(decoded, Frame) or fields is None:
+            self._print(self._place(offset) | {"event": kind} | self._answer(decoded))
             return
         layout = decoded.message.layout
         place = compact(self._place(offset)) if self.task.stamp else f'{{"offset":{offset}}}'
@@ -63,6 +74,12 @@ class JsonLinesWriter(TextWriter):
             self._print(self._place(offset) | {"pending": raw.hex()})
         else:
             self._print(self._place(offset) | {"event": kind, "hex": raw.hex()})
+
+    def _answer(self, decoded: Decoded) -> dict[str, object]:
+        """Return a decoded message, with its values in the units of the stage."""
+        answer = frame_answer(decoded)
+        units = self.task.in_units(answer)
+        return answer | ({ENGINEERING: units} if units else {})
 
     def _place(self, offset: int) -> dict[str, object]:
         """Return the position of an event: its offset in a stream, or its line, time and direction."""
@@ -92,7 +109,7 @@ class TableWriter(TextWriter):
         self._name(name, raw)
         self._say(frame_title(self.task.protocol, answer))
         if answer["fields"] or answer.get("extra") or answer.get("data"):
-            self._console.print(frame_table(self.task.protocol, answer))
+            self._console.print(frame_table(self.task.protocol, answer, self.task.stage_values))
         if answer["form"] == "data:undecided":
             options = [
                 " or ".join(context_option(key, value) for value in values)
@@ -110,10 +127,14 @@ class TableWriter(TextWriter):
 
     def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message in one line."""
-        if isinstance(decoded, Frame) and (fields := self._fields.of(decoded.message)) is not None:
+        fields = None
+        if isinstance(decoded, Frame) and self.task.stage_values is None:
+            fields = self._fields.of(decoded.message)
+        if isinstance(decoded, Frame) and fields is not None:
             line = event_line(decoded, fields)
         else:
-            line = frame_line(self.task.protocol, frame_answer(decoded))
+            answer = frame_answer(decoded)
+            line = frame_line(self.task.protocol, answer, self.task.in_units(answer))
         self.out.write(f"{self._place(offset)}  {line}\n")
 
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:
