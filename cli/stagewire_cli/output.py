@@ -40,11 +40,13 @@ def console(*, error: bool = False, file: TextIO | None = None) -> Console:
 
 
 def table(*columns: str, right: tuple[str, ...] = ()) -> Table:
-    """Return an empty table; the columns named in ``right`` are aligned to the right."""
-    from rich import box
-    from rich.table import Table
+    """Return an empty table; the columns named in ``right`` are aligned to the right.
 
-    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    On a terminal that is too narrow for it, each row becomes labelled lines.
+    """
+    from stagewire_cli.tables import StackingTable
+
+    made = StackingTable()
     for name in columns:
         made.add_column(name, justify="right" if name in right else "left", overflow="fold")
     return made

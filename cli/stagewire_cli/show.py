@@ -2,18 +2,33 @@
 
 from __future__ import annotations
 
-import difflib
 import json
+import textwrap
+from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stagewire.protocols import Protocol
+from stagewire.quantities import Limit, Scale
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.framings import framing_of
 from stagewire_cli.output import console, table
 from stagewire_cli.protocols import one_or_all
+from stagewire_cli.registry_search import (
+    KINDS,
+    Entry,
+    entries_of,
+    labels,
+    named,
+    of_kind,
+    similar,
+    with_part,
+)
 from stagewire_cli.rendering import columns_text, spelled_id
+from stagewire_cli.stages import StagesFile, own_stages
 from stagewire_conformance.registry import Registry, registry_of
 
 if TYPE_CHECKING:
@@ -22,141 +37,151 @@ if TYPE_CHECKING:
 
 EXAMPLE = """\b
 Examples:
+  stagewire show
+  stagewire show stages
   stagewire show MOT_MOVE_ABSOLUTE
-  stagewire show velocity
-  stagewire show 83
+  stagewire show 0453
+  stagewire show homing
 """
 
 Json = dict[str, Any]
 
 _WITH_EVIDENCE = ("enumeration", "flag table", "quantity", "unit", "stage", "list")
 _OF_COMMANDS = ("title", "keyboard", "size", "dummy", "switches_to")
-Found = tuple[str, str, str, Json]  # protocol, kind, name, entry
-
-_TABLES = {
-    "enumeration": "enumerations",
-    "flag table": "flags",
-    "quantity": "quantities",
-    "unit": "units",
-    "alias": "aliases",
-    "unsupported unit": "unsupported",
-    "stage": "stages",
-    "controller": "controllers",
-    "list": "lists",
-    "family": "families",
-    "erratum": "errata",
-}
 
 
 def show(
     name: Annotated[
-        str, typer.Argument(help="Name in any case, a message id, or a prefix of serial numbers.")
-    ],
+        str | None,
+        typer.Argument(
+            metavar="[NAME]",
+            help="Name or part of a name in any case, message id, prefix of serial numbers, or kind such as "
+            "stages.  [default: count the entries of each kind]",
+        ),
+    ] = None,
     protocol: Annotated[
         str | None, typer.Option("--protocol", help="Search only this protocol.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the entry as JSON.")] = False,
+    stages: StagesFile = None,
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", help="Print the entry as JSON, or one object per line of a list."),
+    ] = False,
 ) -> None:
     """Show what the registry says about a name.
 
-    Accepts the name of a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum.
-    A stage may have its name in the catalogue of the vendor.
+    Finds messages, fields, parameter sets, enumerations, flag tables, units, stages, quantities and errata. A
+    stage may have its name in the catalogue of the vendor. If several entries contain the name, they are
+    listed by kind.
     """
     protocols = {one.name: one for one in one_or_all(protocol)}
     registries = {known: registry_of(one) for known, one in protocols.items()}
-    everything = [
-        (choice, *entry) for choice, registry in registries.items() for entry in _entries(registry)
-    ]
-    found = _find(name, everything)
+    everything = [*entries_of(registries), *_of_user(stages)]
+    if name is None:
+        _counts(everything, as_json)
+        return
+    found = named(name, everything)
     if not found:
-        raise CalledWronglyError(
-            f"nothing in the registry is named {name}{_like(name, everything)}"
-        )
+        listed = of_kind(name, everything) or with_part(name, everything)
+        if len(listed) != 1:
+            _list(name, listed, everything, as_json)
+            return
+        found = listed
     if as_json:
-        for _, _, _, entry in found:
-            typer.echo(json.dumps(entry, indent=2, sort_keys=True, ensure_ascii=False))
+        for entry in found:
+            typer.echo(json.dumps(entry.data, indent=2, sort_keys=True, ensure_ascii=False))
         return
     out = console()
-    for choice, kind, known, entry in found:
-        out.print(f"{kind} {known} ({choice})", style="bold")
-        registry = registries[choice]
-        if kind == "message":
-            _message(out, registry, entry)
-            _evidence(out, registry, entry)
-            framing = framing_of(protocols[choice])
-            if framing is not None and entry["id"] is not None:
-                framing.show(out, entry["id"])
-            continue
-        placed = _placed(entry, registry)
-        if kind in _WITH_EVIDENCE:
-            placed = {key: value for key, value in placed.items() if key != "evidence"}
-        if kind == "enumeration":
-            _values(out, placed)
-        elif kind == "flag table":
-            _bits(out, placed)
+    for entry in found:
+        out.print(f"{entry.kind} {entry.name} ({entry.source})", style="bold", soft_wrap=True)
+        if entry.source in protocols:
+            _entry(out, entry, protocols[entry.source])
         else:
-            _plain(out, placed)
-        if kind in _WITH_EVIDENCE:
-            _evidence(out, registry, entry)
+            _plain(out, entry.data)
 
 
-def _entries(registry: Registry) -> Iterator[tuple[str, str, Json]]:
-    for name, entry in registry.messages.items():
-        yield "message", name, entry
-    for name, members in registry.table("sets").items():
-        yield "parameter set", name, {"messages": members}
-    for kind, key in _TABLES.items():
-        for name, entry in registry.table(key).items():
-            yield kind, name, entry
-    yield from (("prefix", prefix, entry) for prefix, entry in _prefixes(registry).items())
-
-
-def _prefixes(registry: Registry) -> dict[str, Json]:
-    """Return each prefix of serial numbers with the units that have it, and further known facts."""
-    owners: dict[str, list[str]] = {}
-    for kind in ("units", "unsupported"):
-        for name, entry in registry.table(kind).items():
-            own = [entry[key] for key in ("usb_prefix", "card_usb_prefix") if key in entry]
-            for prefix in dict.fromkeys(map(str, [*own, *entry.get("prefixes", ())])):
-                owners.setdefault(prefix, []).append(name)
-    known = registry.table("known_prefixes")
-    for prefix, entry in known.items():
-        names = [entry["unit"], *entry.get("shared_with", ())]
-        owners[prefix] = list(dict.fromkeys([*owners.get(prefix, ()), *names]))
-    shown = ("distinguished_by", "source", "note")
-    return {
-        prefix: {
-            "units": names,
-            **{key: known[prefix][key] for key in shown if key in known.get(prefix, {})},
+def _of_user(file: Path | None) -> Iterator[Entry]:
+    """Yield the stages of a file of the user."""
+    for name, stage in own_stages(file).items():
+        scales = {
+            family or "every controller": {
+                quantity: f"{scale.counts_per_unit} counts per {scale.unit}"
+                for quantity, scale in found.items()
+                if isinstance(scale, Scale)
+            }
+            for family, found in stage.scales.items()
         }
-        for prefix, names in owners.items()
-    }
+        limits = {
+            limit: f"{float(found.value):.10g} {found.unit}"
+            for limit, found in stage.limits.items()
+            if isinstance(found, Limit)
+        }
+        kind = "rotary" if stage.rotary else "linear"
+        data = {"title": stage.title, "kind": kind, "limits": limits, "controllers": scales}
+        yield Entry(str(file), "stage", name, data)
 
 
-def _find(name: str, everything: list[Found]) -> list[Found]:
-    wanted = name.strip().lower()
-    for candidate in (wanted, wanted.partition("_")[2]):  # with and without a prefix like MGMSG_
-        found = [entry for entry in everything if candidate and candidate in _names(entry)]
-        if found:
-            return found
-    try:
-        id = int(wanted, 16) if wanted.startswith("0x") else None
-    except ValueError:
-        id = None
-    return [e for e in everything if id is not None and e[1] == "message" and e[3]["id"] == id]
+def _counts(everything: list[Entry], as_json: bool) -> None:
+    """Print the number of entries of each kind, and how to list them."""
+    counts = Counter(entry.kind for entry in everything)
+    if as_json:
+        typer.echo(json.dumps({KINDS[kind]: counts[kind] for kind in KINDS if counts[kind]}))
+        return
+    shown = table("kind", "entries", "list them", right=("entries",))
+    for kind, plural in KINDS.items():
+        if counts[kind]:
+            word = plural.replace(" ", "-")
+            shown.add_row(plural, str(counts[kind]), f"stagewire show {word}")
+    out = console()
+    out.print(shown)
+    out.print("\nstagewire show NAME shows an entry; a part of a name lists all entries with it.")
 
 
-def _names(found: Found) -> list[str]:
-    """Return the name of an entry and its other names, in lower case."""
-    entry = found[3]
-    others = (*entry.get("aliases", ()), *entry.get("catalogue", ()))
-    return [name.lower() for name in (found[2], *others)]
+def _list(name: str, listed: list[Entry], everything: list[Entry], as_json: bool) -> None:
+    """Print entries by kind; raise :class:`CalledWronglyError` if there are none."""
+    if not listed:
+        close = similar(name, everything)
+        like = (
+            f"did you mean {' or '.join(close)}?" if close else "stagewire show lists what there is"
+        )
+        raise CalledWronglyError(f"nothing in the registry is named {name}; {like}")
+    if as_json:
+        for entry in listed:
+            line = {"kind": entry.kind, "name": entry.name, "protocol": entry.source}
+            typer.echo(json.dumps(line, ensure_ascii=False))
+        return
+    out = console()
+    for kind, plural in KINDS.items():
+        found = (labels(entry, name) for entry in listed if entry.kind == kind)
+        names = list(dict.fromkeys(label for of_entry in found for label in of_entry))
+        if names:
+            out.print(f"{plural} ({len(names)})", style="bold")
+            lines = textwrap.wrap(", ".join(names), out.width - 2, break_on_hyphens=False)
+            out.print(textwrap.indent("\n".join(lines), "  "), soft_wrap=True)
+    out.print("\nstagewire show NAME shows one of them")
 
 
-def _like(name: str, everything: list[Found]) -> str:
-    names = {name: entry[2] for entry in everything for name in _names(entry)}
-    close = difflib.get_close_matches(name.lower()[:80], names, n=3)
-    return f"; did you mean {' or '.join(names[word] for word in close)}?" if close else ""
+def _entry(out: Console, entry: Entry, protocol: Protocol) -> None:
+    """Print an entry of a registry."""
+    registry, data = registry_of(protocol), entry.data
+    if entry.kind == "message":
+        _message(out, registry, data)
+        _evidence(out, registry, data)
+        framing = framing_of(protocol)
+        if framing is not None and data["id"] is not None:
+            framing.show(out, data["id"])
+        return
+    placed = _placed(data, registry)
+    if entry.kind in _WITH_EVIDENCE:
+        placed = {key: value for key, value in placed.items() if key != "evidence"}
+    if entry.kind == "enumeration":
+        _values(out, placed)
+    elif entry.kind == "flag table":
+        _bits(out, placed)
+    else:
+        _plain(out, placed)
+    if entry.kind in _WITH_EVIDENCE:
+        _evidence(out, registry, data)
 
 
 def _message(out: Console, registry: Registry, entry: Json) -> None:
