@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stagewire.errors import BadValueError
+from stagewire_cli.advice import for_command
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.output import console, printable, progress, table
+from stagewire_cli.output import console, echo_wrapped, printable, progress, table
 
 if TYPE_CHECKING:
     from stagewire.discovery import Diagnosis, Found
@@ -96,6 +97,7 @@ Examples:
 """
 
 _MARKS = {"fine": "fine ", "note": "note ", "wrong": "WRONG"}
+_INDENT = " " * 7
 
 
 def doctor(
@@ -120,7 +122,9 @@ def doctor(
 
     Without a URL it checks ports, permissions and drivers. With a URL it asks the controller for its
     identity, if necessary at each documented baud rate, and changes nothing. Each problem is printed with a
-    remedy.
+    remedy, and each usable controller with the class to import and a next command.
+
+    Exit code 1 means that there is a problem.
     """
     from stagewire.discovery import Verdict, diagnose_computer, diagnose_line
 
@@ -143,7 +147,8 @@ def doctor(
 
 
 def _print_diagnosis(diagnosis: Diagnosis) -> None:
-    about, text = printable(diagnosis.about), printable(diagnosis.text)
-    typer.echo(f"{_MARKS[diagnosis.verdict.value]}  {about}: {text}")
+    about, text = printable(diagnosis.about), printable(for_command(diagnosis.text))
+    echo_wrapped(f"{_MARKS[diagnosis.verdict.value]}  {about}: {text}", indent=_INDENT)
     if diagnosis.advice:
-        typer.echo(f"       {printable(diagnosis.advice)}")
+        advice = printable(for_command(diagnosis.advice))
+        echo_wrapped(f"{_INDENT}{advice}", indent=_INDENT)

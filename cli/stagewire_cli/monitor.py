@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.devices import Bay, LinkUrl, ScaleSource, Unit, seconds_above_0
+from stagewire_cli.devices import Address, Bay, LinkUrl, ScaleSource, Unit, seconds_above_0
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.stages import StageName, StagesFile, chosen_stage
 
@@ -26,6 +26,7 @@ def monitor(
     stages: StagesFile = None,
     scale_source: ScaleSource = None,
     bay: Bay = None,
+    address: Address = None,
     seconds: Annotated[
         float | None,
         typer.Option(
@@ -60,5 +61,9 @@ def monitor(
         from stagewire_cli.monitor_board import check_plot
 
         check_plot(plot)
-    scales = {"stage": chosen_stage(stage, stages), "scale_source": scale_source}
+    scales = {
+        "stage": chosen_stage(stage, stages),
+        "scale_source": scale_source,
+        "address": address,
+    }
     watch(url, unit, scales, bay, seconds=seconds, picture=plot, log=log)

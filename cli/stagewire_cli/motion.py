@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from stagewire_cli.devices import (
+    Address,
     Bay,
     LinkUrl,
     ScaleSource,
@@ -92,6 +93,7 @@ def move(
     scale_source: ScaleSource = None,
     travel: MoveTravel = None,
     bay: Bay = None,
+    address: Address = None,
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
@@ -111,6 +113,7 @@ def move(
     where = PartAddress(url, unit, bay, channel, axis)
     options = {
         "stage": chosen_stage(stage, stages),
+        "address": address,
         "scale_source": scale_source,
         **travel_options(travel),
     }
@@ -123,6 +126,7 @@ def home(
     stage: StageName = None,
     stages: StagesFile = None,
     bay: Bay = None,
+    address: Address = None,
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
@@ -136,7 +140,8 @@ def home(
     from stagewire_cli.motion_session import PartAddress, run_home
 
     where = PartAddress(url, unit, bay, channel, axis)
-    run_home(where, chosen_stage(stage, stages), timeout=timeout, yes=yes)
+    options = {"stage": chosen_stage(stage, stages), "address": address}
+    run_home(where, options, timeout=timeout, yes=yes)
 
 
 def jog(
@@ -153,6 +158,7 @@ def jog(
     scale_source: ScaleSource = None,
     travel: MoveTravel = None,
     bay: Bay = None,
+    address: Address = None,
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
@@ -168,6 +174,7 @@ def jog(
     where = PartAddress(url, unit, bay, channel, axis)
     options = {
         "stage": chosen_stage(stage, stages),
+        "address": address,
         "scale_source": scale_source,
         **travel_options(travel),
     }
@@ -178,6 +185,7 @@ def stop(
     url: LinkUrl,
     unit: Unit = None,
     bay: Bay = None,
+    address: Address = None,
     channel: ChannelOption = None,
     axis: AxisOption = None,
     to: Annotated[str | None, typer.Option("--to", hidden=True)] = None,
@@ -197,4 +205,4 @@ def stop(
     """
     from stagewire_cli.motion_session import PartAddress, run_stop
 
-    run_stop(PartAddress(url, unit, bay, channel, axis))
+    run_stop(PartAddress(url, unit, bay, channel, axis), address)

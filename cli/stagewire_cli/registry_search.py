@@ -148,7 +148,8 @@ def with_part(part: str, everything: Sequence[Entry]) -> list[Entry]:
     return [
         entry
         for entry in everything
-        if wanted and any(wanted in name for name in (*entry.names, *_members(entry)))
+        if wanted
+        and any(wanted in name for name in (*entry.names, *map(str.lower, _members(entry))))
     ]
 
 
@@ -157,14 +158,16 @@ def labels(entry: Entry, part: str) -> list[str]:
     wanted = part.strip().lower()
     if any(wanted in name for name in entry.names):
         return [entry.name]
-    return [f"{entry.name}.{name}" for name in _members(entry) if wanted in name] or [entry.name]
+    return [f"{entry.name}.{name}" for name in _members(entry) if wanted in name.lower()] or [
+        entry.name
+    ]
 
 
 def _members(entry: Entry) -> Iterator[str]:
     """Yield the names of the values of an enumeration, and of the bits of a flag table."""
     for key in ("values", "bits"):
         if entry.kind in ("enumeration", "flag table"):
-            yield from map(str.lower, entry.data.get(key, ()))
+            yield from entry.data.get(key, ())
 
 
 def similar(name: str, everything: Sequence[Entry]) -> list[str]:

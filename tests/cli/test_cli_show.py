@@ -43,7 +43,7 @@ if TYPE_CHECKING:
         ("Z825B", "stage Z825B"),
         ("LTS300", "unit LTS300"),
         ("LTS300", "stage LTS300"),
-        ("absolute_distance", "messages: MOT_SET_MOVEABSPARAMS, MOT_GET_MOVEABSPARAMS"),
+        ("absolute_distance", "field absolute_distance"),
         ("MOVE_ABSOLUT", "message MOT_MOVE_ABSOLUTE"),
     ],
 )
@@ -80,7 +80,7 @@ def test_json(stagewire: Stagewire) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["MOT_MOVE_ABSOLUT"], "did you mean MOT_MOVE_ABSOLUTE"),
+        (["MOT_MVOE_ABSOLUTE"], "did you mean MOT_MOVE_ABSOLUTE"),
         (["K10CR3"], "did you mean K10CR2"),
         (["0xZZ"], "nothing in the registry is named 0xZZ"),
         (["velocity", "--protocol", "nothing"], "no protocol nothing is installed"),

@@ -140,7 +140,22 @@ def _heard(found: Found) -> Diagnosis:
             f"answers: {told}",
             "stagewire has no class for it; use sessions and messages, or the software of the vendor",
         )
-    return Diagnosis(Verdict.FINE, found.url, f"answers: {told}")
+    return Diagnosis(Verdict.FINE, found.url, f"answers: {told}", _next_step(found))
+
+
+def _next_step(found: Found) -> str:
+    """Return how to use a controller: the class to import, and a command; empty if the unit is unknown."""
+    unit = found.unit or next((known.unit for known in found.known if known.unit), None)
+    if unit is None:
+        return ""
+    return _use(known_by_name(unit), found.url, f" --unit {unit}" if found.unit is None else "")
+
+
+def _use(known: Known, url: str, options: str = "") -> str:
+    """Return how to use a unit at a URL."""
+    quoted = f'"{url}"' if set(url) & set("?*&#") else url
+    package, name = known.protocol.package, known.unit
+    return f"from {package} import {name}; next: stagewire monitor {quoted}{options}"
 
 
 def _unasked_units() -> str:
@@ -184,7 +199,14 @@ def _commands(url: str, known: Known) -> list[Diagnosis]:
         except StagewireError:  # no reply, or an invalid one
             continue
         at = "" if rate is None else f" at {rate} baud: open it with baudrate={rate}"
-        return [Diagnosis(Verdict.FINE, url, f"answers: {known.name}, axis {said}{at}")]
+        return [
+            Diagnosis(
+                Verdict.FINE,
+                url,
+                f"answers: {known.name}, axis {said}{at}",
+                _use(known, url, f" --unit {known.name}"),
+            )
+        ]
     tried = ", ".join(map(str, rates))
     return [
         Diagnosis(
@@ -253,7 +275,7 @@ def _port(found: Found) -> Diagnosis:
             f"{found.what}; permission denied for this user",
             permission_advice(found.url),
         )
-    return Diagnosis(Verdict.FINE, found.url, found.what)
+    return Diagnosis(Verdict.FINE, found.url, found.what, _next_step(found))
 
 
 def _may_open(device: str) -> bool:
