@@ -332,7 +332,7 @@ def test_stop_is_sent_first_without_a_confirmation(stagewire: Stagewire, attach:
 def test_stop_is_sent_to_every_part_even_if_one_is_silent(
     stagewire: Stagewire, attach: Attach
 ) -> None:
-    with virtual.BBD102(empty_bays=[0]) as rack:
+    with virtual.BBD102(empty_bays=[1]) as rack:
         line = attach(rack)
         result = stagewire("stop", URL, "--unit", "BBD102")
     assert result.code == 1

@@ -121,7 +121,7 @@ class MotorHost:
     def row(self) -> Row:
         """The row of the channel in the live table."""
         rows = self.instrument.rows()
-        return next(row for row in rows if row.part in ("channel 1", "bay 0, channel 1"))
+        return next(row for row in rows if row.part in ("channel 1", "bay 1, channel 1"))
 
     def stick(self, stuck: bool) -> None:
         self.instrument.stick(self.row.part, stuck)

@@ -48,7 +48,7 @@ class Recorder(Instrument):
         return []
 
     def stick(self, part: str, stuck: bool) -> None:
-        if part not in ("channel 1", "bay 0, channel 1", "axis X"):
+        if part not in ("channel 1", "bay 1, channel 1", "axis X"):
             raise FaultError(f"no {part}")
         self.stuck.append((self.clock.now, part, stuck))
 
@@ -359,19 +359,19 @@ def test_a_flood_to_the_controller() -> None:
 
 
 def test_an_axis_sticks_for_a_while() -> None:
-    bench = Bench("stick channel=1 after=1 for=2", "stick bay=0 channel=1", "stick axis=X after=9")
-    parts = ["channel 1", "bay 0, channel 1", "axis X"]
+    bench = Bench("stick channel=1 after=1 for=2", "stick bay=1 channel=1", "stick axis=X after=9")
+    parts = ["channel 1", "bay 1, channel 1", "axis X"]
     assert bench.recorder.stuck == [
         (0, part, False) for part in parts
     ]  # checks that the parts exist
     bench.clock.advance(5)
     assert bench.recorder.stuck[3:] == [
-        (0, "bay 0, channel 1", True),
+        (0, "bay 1, channel 1", True),
         (SECOND, "channel 1", True),
         (3 * SECOND, "channel 1", False),
     ]
     assert [(happened.time, str(happened)) for happened in bench.line.happened] == [
-        (0, "stick channel=1 bay=0: bay 0, channel 1 is stuck"),
+        (0, "stick channel=1 bay=1: bay 1, channel 1 is stuck"),
         (SECOND, "stick after=1.0 for=2.0 channel=1: channel 1 is stuck"),
         (3 * SECOND, "stick after=1.0 for=2.0 channel=1: channel 1 is free"),
     ]

@@ -63,7 +63,7 @@ class Options:
         silence.
     :param channels: the settings of each channel, for a rack bay by bay; the last entry also applies to all
         further channels; () is the default for all.
-    :param empty_bays: the bays of a rack without a card, counted from 0.
+    :param empty_bays: the bays of a rack without a card, counted from 1.
     :param strategies: readings of the MS-2000's document, name -> value.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for a value of another type.
@@ -188,7 +188,7 @@ _OPTIONS: Final[Mapping[str, tuple[_Fits, str]]] = {
     "quirks": (_all(AbstractSet, _is(str)), "a set of names"),
     "answer_unsupported": (_is(bool), "True or False"),
     "channels": (_all(tuple, _is(Settings)), "a tuple of Settings"),
-    "empty_bays": (_all(AbstractSet, _whole), "a set of whole numbers, which count bays from 0"),
+    "empty_bays": (_all(AbstractSet, _whole), "a set of whole numbers, which count bays from 1"),
     "strategies": (_texts_by_name, "a mapping such as {'power_on_mode': 'low'}"),
 }
 """The same for each option."""

@@ -88,12 +88,12 @@ def test_the_modules_of_a_rack_are_listed() -> None:
 
 
 def test_the_empty_bays_of_a_rack_of_cards_are_omitted() -> None:
-    pics, _ = asked(stagewire_virtual.BBD103(empty_bays=[1]), "BBD103")
+    pics, _ = asked(stagewire_virtual.BBD103(empty_bays=[2]), "BBD103")
     assert [bay.number for bay in pics.bays or ()] == [1, 3]
 
 
 def test_bays_without_a_motherboard_are_recognised() -> None:
-    link = BayLink(SteppedLink(stagewire_virtual.BBD103(empty_bays=[1])))
+    link = BayLink(SteppedLink(stagewire_virtual.BBD103(empty_bays=[2])))
     pics = parse_pics(ask_pics(link, "BBD103").encode())
     assert not pics.motherboard
     assert [bay.number for bay in pics.bays or ()] == [1, 3]

@@ -98,7 +98,7 @@ def test_only_requests_are_sent() -> None:
 
 
 def test_nothing_is_sent_to_a_declared_empty_bay() -> None:
-    controller = stagewire_virtual.BSC103(empty_bays={1})
+    controller = stagewire_virtual.BSC103(empty_bays={2})
     bays = (BayPics(number=1), BayPics(number=3))
     found = outcomes(SteppedLink(controller), declare(Pics(unit="BSC103", bays=bays)), PATIENT)
     assert not complaints(found)

@@ -50,7 +50,7 @@ def test_a_stepper_can_be_asked_for_its_status_bits_only(unit: str) -> None:
 
 
 def test_calls_of_a_rack_go_to_the_motherboard() -> None:
-    line = RecordingLink(virtual.BBD102(empty_bays=[1]))
+    line = RecordingLink(virtual.BBD102(empty_bays=[2]))
     with BBD102.open(line, line="rs232") as rack:
         line.forget()
         assert rack.get_bay_used(bay_ident=e.RackBay.BAY_2).bay_state is e.BayState.EMPTY

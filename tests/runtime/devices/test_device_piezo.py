@@ -155,7 +155,7 @@ def test_a_reading_is_in_the_unit_of_the_display() -> None:
 
 
 def test_only_occupied_bays_are_asked_for_their_settings() -> None:
-    line = RecordingLink(virtual.BPC202(empty_bays=[1]))
+    line = RecordingLink(virtual.BPC202(empty_bays=[2]))
     with BPC202.open(line) as rack:
         assert line.names(PROTOCOL) == [
             "HW_REQ_INFO",

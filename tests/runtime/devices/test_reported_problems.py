@@ -240,7 +240,7 @@ class TestWrongAddress:
                 opener(serial_number=90000001)
 
     def test_bay_numbers_start_at_0_on_the_wire_and_at_1_in_calls(self) -> None:
-        line = RecordingLink(virtual.BBD102(empty_bays=[1]))
+        line = RecordingLink(virtual.BBD102(empty_bays=[2]))
         with BBD102.open(line) as rack:
             frames = [event.frame.message for event in APT.framer().feed(line.raw)]
             asked = [one.bay_ident for one in frames if isinstance(one, m.RackReqBayUsed)]

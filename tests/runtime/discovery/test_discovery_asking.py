@@ -86,7 +86,7 @@ def only(told: list[Diagnosis]) -> Diagnosis:
 def test_identification_distinguishes_units_of_one_prefix_and_lists_the_bays(
     monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
 ) -> None:
-    with virtual.BBD103(empty_bays=[1]) as rack:
+    with virtual.BBD103(empty_bays=[2]) as rack:
         line = Counted(rack)
         opens(lambda url: line)
         show(monkeypatch, linux("/dev/ttyUSB0", "73000001"), port("/dev/ttyS0"))

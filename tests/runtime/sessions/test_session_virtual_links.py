@@ -71,7 +71,7 @@ def test_a_url_has_the_options_of_a_bench() -> None:
         f"&quirks={quirks}&answer_unsupported=true&faults=to_host drop frame every=10"
     )
     link.close()
-    open_link("virtual://BBD103?empty_bays=0,2").close()
+    open_link("virtual://BBD103?empty_bays=1,3").close()
     open_link("virtual://MS2000?strategies=power_on_mode:low").close()
 
 

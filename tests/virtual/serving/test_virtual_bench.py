@@ -41,7 +41,7 @@ position = 34304
 [[unit]]
 name = "BSC102"
 pty = "build/y-stage"
-empty_bays = [1]
+empty_bays = [2]
 [[unit.channel]]
 stage = "APT_STEPPER"
 travel = 857600
@@ -93,7 +93,7 @@ def test_a_file_can_set_every_option(tmp_path: Path) -> None:
     assert second.place == PtyEndpoint(Path("build/y-stage"))
     assert second.blueprint.options == Options(
         seed=1,  # its position in the bench, so that units of a kind get different serial numbers
-        empty_bays=frozenset({1}),
+        empty_bays=frozenset({2}),
         channels=(Settings(stage=stages.APT_STEPPER, travel=857600, position=10),),
     )
     assert rack.blueprint.unit is None
@@ -169,7 +169,7 @@ ON_A_TDC001 = sorted(
         ({"name": "TDC001", "travel": "1 mm"}, "key travel", "an integer, not '1 mm'"),
         ({"name": "TDC001", "quirks": ["haste"]}, "key quirks", "no quirk haste (available:"),
         ({"name": "TDC001", "quirks": "haste"}, "key quirks", "expected a list, not 'haste'"),
-        ({"name": "TDC001", "empty_bays": [0]}, "key empty_bays", "it has no bays"),
+        ({"name": "TDC001", "empty_bays": [1]}, "key empty_bays", "it has no bays"),
         ({"name": "MS2000", "strategies": {"mood": "low"}}, "key strategies", "mood"),
         ({"name": "TDC001", "strategies": 3}, "key strategies", "expected a table, not 3"),
         ({"name": "TDC001", "faults": ["to_host explode"]}, "key faults", "explode"),
@@ -200,7 +200,7 @@ ON_A_TDC001 = sorted(
         ({"name": "MS2000", "answer_unsupported": True}, "key answer_unsupported", "never answers"),
         # each is valid, but not both
         (
-            {"name": "BSC103", "empty_bays": [1, 2], "channel": [{}, {}]},
+            {"name": "BSC103", "empty_bays": [2, 3], "channel": [{}, {}]},
             "key channel",
             "settings for 2 channels were given, but BSC103 has 1",
         ),

@@ -245,9 +245,9 @@ def test_identify_is_shown_for_a_while():
         return [row.part for row in far.instrument.rows() if "identifying" in row.state]
 
     far.clock.advance(IDENTIFYING / 1e9 - 0.001)
-    assert shows() == ["bay 1, channel 1"]
+    assert shows() == ["bay 2, channel 1"]
     far.say(m.ModIdentify(), MOTHERBOARD)
-    assert shows() == ["motherboard", "bay 1, channel 1"]
+    assert shows() == ["motherboard", "bay 2, channel 1"]
     far.clock.advance(0.001)
     assert shows() == ["motherboard"]
     far.instrument.power_cycle()

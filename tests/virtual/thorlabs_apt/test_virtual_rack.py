@@ -46,7 +46,7 @@ def test_the_used_bays_are_reported(unit, address, bays, host):
 
 
 def test_an_empty_bay_is_reported_and_does_not_answer(host):
-    far = host("BSC103", empty_bays=frozenset({1}))
+    far = host("BSC103", empty_bays=frozenset({2}))
     assert used(far) == [0, 2]
     assert far.ask(m.HwReqInfo(), MOTHERBOARD)[0].nchs == 2
     assert far.ask(m.HwReqInfo(), BAY + 1) == []
@@ -115,7 +115,7 @@ def test_inputs_that_do_not_fit_are_refused(inputs, host):
 
 def test_each_module_has_its_own_connector():
     far = rack("MST601", "MST601")
-    far.instrument.user_io(1).inputs = 0x02
+    far.instrument.user_io(2).inputs = 0x02
     far.say(m.RackSetDigOutputs(0x01), BAY)
     assert far.ask(m.RackReqStatusBits(), BAY) == [m.RackGetStatusBits(0)]
     assert far.ask(m.RackReqStatusBits(), BAY + 1) == [m.RackGetStatusBits(2)]
@@ -137,10 +137,10 @@ def test_a_rack_can_have_different_modules():
     assert far.ask(m.PzReqMaxTravel(2), BAY) == []
     assert [row.part for row in far.instrument.rows()] == [
         "motherboard",
-        "bay 0, channel 1",
-        "bay 0, channel 2",
-        "bay 2, channel 1",
-        "bay 2, channel 2",
+        "bay 1, channel 1",
+        "bay 1, channel 2",
+        "bay 3, channel 1",
+        "bay 3, channel 2",
     ]
 
 
@@ -155,47 +155,47 @@ def test_settings_apply_bay_by_bay_and_the_last_one_to_the_rest():
     settings = tuple(Settings(position=place) for place in (10, 20, 30))
     instrument = rack("MST601", None, "MST601", channels=settings).instrument
     assert [channel.settings.position for channel in instrument.channels] == [10, 20, 30, 30]
-    assert instrument.channel(1, bay=2).settings.position == 30
+    assert instrument.channel(1, bay=3).settings.position == 30
     assert instrument.channel(2).settings.position == 20
 
 
 def test_parts_are_found_and_blocked_by_name(host):
     instrument = host("BBD102").instrument
-    instrument.stick("bay 1, channel 1", True)
+    instrument.stick("bay 2, channel 1", True)
     assert [channel.stuck for channel in instrument.channels] == [False, True]
-    instrument.stick("bay 1, channel 1", False)
+    instrument.stick("bay 2, channel 1", False)
     assert not instrument.channels[1].stuck
     for wrong in (
         lambda: instrument.stick("channel 1", True),
         lambda: instrument.channel(2),
-        lambda: instrument.channel(1, bay=2),
+        lambda: instrument.channel(1, bay=3),
         lambda: instrument.stick("motherboard", True),
     ):
-        with pytest.raises(UnknownPartError, match="bay 0, channel 1, bay 1, channel 1"):
+        with pytest.raises(UnknownPartError, match="bay 1, channel 1, bay 2, channel 1"):
             wrong()
-    with pytest.raises(UnknownPartError, match=r"no bay 7 .*bay 0, bay 1"):
-        instrument.user_io(7)
+    with pytest.raises(UnknownPartError, match=r"no bay 8 .*bay 1, bay 2"):
+        instrument.user_io(8)
 
 
 def test_a_unit_without_bays_reports_that_in_the_error(host):
     instrument = host("TDC001").instrument
     with pytest.raises(UnknownPartError, match=r"no channel 2 \(available: channel 1\)"):
         instrument.channel(2)
-    with pytest.raises(UnknownPartError, match="no bay 1, channel 1"):
-        instrument.channel(1, bay=1)
-    with pytest.raises(UnknownPartError, match=r"no bay 0 \(none available\)"):
-        instrument.user_io(0)
+    with pytest.raises(UnknownPartError, match="no bay 2, channel 1"):
+        instrument.channel(1, bay=2)
+    with pytest.raises(UnknownPartError, match=r"no bay 1 \(none available\)"):
+        instrument.user_io(1)
 
 
 def test_a_stuck_axis_continues_when_released(host):
     far = host("BSC103")
     far.say(m.MotMoveVelocity(1, 1), BAY + 1)
     far.clock.advance(0.5)
-    far.instrument.stick("bay 1, channel 1", True)
+    far.instrument.stick("bay 2, channel 1", True)
     [before] = far.ask(m.MotReqPosCounter(1), BAY + 1)
     far.clock.advance(0.5)
     assert far.ask(m.MotReqPosCounter(1), BAY + 1) == [before]
-    far.instrument.stick("bay 1, channel 1", False)
+    far.instrument.stick("bay 2, channel 1", False)
     far.clock.advance(0.5)
     [after] = far.ask(m.MotReqPosCounter(1), BAY + 1)
     assert 0 < before.position < after.position
@@ -204,9 +204,9 @@ def test_a_stuck_axis_continues_when_released(host):
 @pytest.mark.parametrize(
     ("unit", "options", "message"),
     [
-        ("BSC103", {"empty_bays": frozenset({3})}, r"BSC103 has no bay 3 .*0 to 2"),
-        ("BSC103", {"empty_bays": frozenset({-1})}, r"BSC103 has no bay -1 .*0 to 2"),
-        ("TDC001", {"empty_bays": frozenset({0})}, r"TDC001 has no bay 0 .*it has no bays"),
+        ("BSC103", {"empty_bays": frozenset({4})}, r"BSC103 has no bay 4 .*1 to 3"),
+        ("BSC103", {"empty_bays": frozenset({0})}, r"BSC103 has no bay 0 .*1 to 3"),
+        ("TDC001", {"empty_bays": frozenset({1})}, r"TDC001 has no bay 1 .*it has no bays"),
         (
             "TDC001",
             {"channels": (Settings(),) * 2},

@@ -140,7 +140,7 @@ KEYS: Final[dict[str, Key]] = {
     "after": _seconds("after"),
     "for": _seconds("lasting"),
     "channel": _whole("channel", 1),
-    "bay": _whole("bay", 0),
+    "bay": _whole("bay", 1),
     "axis": _name("axis", "the name of an axis"),
 }
 """The keys of faults by their names in text, in the order in which they are printed."""
@@ -196,7 +196,7 @@ class Fault:
     :param period: the time between frames of a flood, in seconds.
     :param after: the time from the start to a flood, a cut or a stuck axis, in seconds; excludes a rule.
     :param lasting: the time until the axis moves again, in seconds; None: never. The key in text is ``for``.
-    :param channel: the channel that is stuck, in bay ``bay`` of a rack.
+    :param channel: the channel that is stuck, in bay ``bay`` of a rack, counted from 1.
     :param axis: the axis that is stuck, for controllers with named axes.
 
     Raises :class:`~stagewire_virtual.errors.FaultError` for an invalid fault.

@@ -121,7 +121,7 @@ class AptInstrument(Instrument):
             _check_bays(options.empty_bays, len(bays), unit)
             self._build_rack(
                 {bay: module for bay, module in enumerate(bays)
-                 if module is not None and bay not in options.empty_bays}
+                 if module is not None and bay + 1 not in options.empty_bays}
             )  # fmt: skip
         if len(options.channels) > len(self._channels):
             raise BadOptionError(
@@ -154,11 +154,12 @@ class AptInstrument(Instrument):
         self._by_address[addresses["motherboard"]["value"]] = motherboard
         for bay, unit in modules.items():
             # A module has its own connector, a card uses that of its motherboard (pages 25 and 26).
-            self._user_io[bay] = UserIo() if board.name == RACK else io
+            number = bay + 1  # on the wire, the first bay is 0
+            self._user_io[number] = UserIo() if board.name == RACK else io
             information = identity.card(unit, self._options, bay)
             channels = unit.facts["channels"]
             controller = self._build(
-                unit, f"bay {bay}, ", information, [self._user_io[bay]], channels
+                unit, f"bay {number}, ", information, [self._user_io[number]], channels
             )
             self._by_address[addresses["bays"]["first"] + bay] = controller
 
@@ -268,16 +269,16 @@ class AptInstrument(Instrument):
         """All channels, for a rack bay by bay."""
         return tuple(self._channels.values())
 
-    def channel(self, ident: int, bay: int = 0) -> Channel:
-        """Return the channel with an ident on the wire, for a rack in a bay, counted from 0.
+    def channel(self, ident: int, bay: int = 1) -> Channel:
+        """Return the channel with an ident on the wire, for a rack in a bay, counted from 1.
 
         Raises :class:`~stagewire_virtual.errors.UnknownPartError` if it does not exist.
         """
-        where = "" if bay == 0 and "" in self._controllers else f"bay {bay}, "
+        where = "" if bay == 1 and "" in self._controllers else f"bay {bay}, "
         return self._channel(f"{where}channel {ident}")
 
     def user_io(self, bay: int | None = None) -> UserIo:
-        """Return the digital inputs and outputs in a bay; without ``bay``, of the unit or motherboard.
+        """Return the digital inputs and outputs in a bay, counted from 1; without ``bay``, of the unit or motherboard.
 
         Raises :class:`~stagewire_virtual.errors.UnknownPartError` for an empty or unknown bay.
         """
@@ -329,6 +330,6 @@ def _is_module(facts: Mapping[str, Any]) -> bool:
 
 def _check_bays(empty: Iterable[int], bays: int, unit: Unit) -> None:
     for bay in sorted(empty):
-        if not 0 <= bay < bays:
-            there = f"bays are 0 to {bays - 1}" if bays else "it has no bays"
+        if not 1 <= bay <= bays:
+            there = f"bays are 1 to {bays}" if bays else "it has no bays"
             raise BadOptionError(f"{unit.name} has no bay {bay} ({there})")

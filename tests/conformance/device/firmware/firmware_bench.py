@@ -105,7 +105,7 @@ def _with_an_empty_bay() -> Bench:
     return Bench(
         pics,
         "0..100000counts",
-        lambda **given: stagewire_virtual.BSC103(empty_bays={1}, **given),
+        lambda **given: stagewire_virtual.BSC103(empty_bays={2}, **given),
     )
 
 
