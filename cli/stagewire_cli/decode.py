@@ -16,11 +16,11 @@ from stagewire_cli.decoding import Counts, Decoding, opened
 from stagewire_cli.devices import ScaleSource
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.formats.format import Format, check_format, writing
-from stagewire_cli.formats.stage_values import StageValues
 from stagewire_cli.framings.framing import DirectionOption
 from stagewire_cli.output import check_output, output, progress
 from stagewire_cli.protocols import PROTOCOL_HELP
 from stagewire_cli.selection import Selection
+from stagewire_cli.stage_values import StageValues
 from stagewire_cli.stages import StagesFile, one_stage
 from stagewire_cli.values import parse_hex
 

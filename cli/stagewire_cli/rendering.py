@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from stagewire import Scale
-    from stagewire_cli.formats.stage_values import StageValues
+    from stagewire_cli.stage_values import StageValues
 
 Json = dict[str, Any]
 _HEX_FROM = 10

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from serial_ports import linux, port, show
+from stagewire_cli import output
 
 if TYPE_CHECKING:
     from conftest import Stagewire
@@ -59,3 +60,30 @@ def test_the_name_of_a_device_cannot_control_the_terminal(
     result = stagewire("list")
     assert "\x1b" not in result.out
     assert "\\x1b[2J99" in result.out
+
+
+@pytest.mark.parametrize("width", [40, 80])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["list"],
+        ["show"],
+        ["show", "MOT_SET_VELPARAMS"],
+        ["show", "jog_mode"],
+        ["decode", "53 04 06 00 D0 01 01 00 40 0D 03 00"],
+        ["conformance", "device", "--unit", "TDC001", "--list"],
+        ["virtual", "--list"],
+    ],
+)
+def test_tables_fit_a_narrow_terminal_and_keep_all_words(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, arguments: list[str], width: int
+) -> None:
+    show(monkeypatch, linux("/dev/ttyUSB0", "83000001"), port("/dev/ttyS0"))
+    wide = stagewire(*arguments)
+    monkeypatch.setattr(output, "_PIPE_WIDTH", width)
+    narrow = stagewire(*arguments)
+    assert narrow.code == wide.code == 0
+    written = "".join(narrow.out.split())
+    assert all(word in written for word in wide.out.split() if word.isalnum())
+    if arguments[0] in ("list", "conformance"):
+        assert max(map(len, narrow.out.splitlines())) <= width

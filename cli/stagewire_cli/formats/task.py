@@ -24,7 +24,7 @@ from stagewire.protocols import (
     load_protocol,
 )
 from stagewire_cli.formats.sinks import Column
-from stagewire_cli.formats.stage_values import StageValues, in_unit
+from stagewire_cli.stage_values import StageValues, in_unit
 from stagewire_conformance.answers import Decoded, message_of
 from stagewire_conformance.framings import codec_of
 from stagewire_conformance.framings.base import Codec, Reader
