@@ -21,7 +21,7 @@ from stagewire_cli.output import check_output, output, progress
 from stagewire_cli.protocols import PROTOCOL_HELP
 from stagewire_cli.selection import Selection
 from stagewire_cli.stage_values import StageValues
-from stagewire_cli.stages import StagesFile, one_stage
+from stagewire_cli.stages import StagesFile, check_unit, one_stage
 from stagewire_cli.values import parse_hex
 
 EXAMPLE = """\b
@@ -190,6 +190,8 @@ def _stage_values(
             if value is not None:
                 raise CalledWronglyError(f"--{option.replace('_', '-')} requires --stage")
         return None
+    if given["unit"]:
+        check_unit(given["unit"])
     unit = given["unit"].upper() if given["unit"] else recorded.unit if recorded else None
     values = StageValues(one_stage(name, file, unit), unit, given["scale_source"])
     values.check()

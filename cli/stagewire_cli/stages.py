@@ -27,7 +27,7 @@ StagesFile = Annotated[
         "--stages",
         metavar="FILE",
         envvar="STAGEWIRE_STAGES",
-        help="TOML file with your own stages, which --stage can name.",
+        help="TOML file with your own stages, which --stage or a PICS can name.",
     ),
 ]
 
@@ -80,6 +80,19 @@ def chosen_stage(name: str | None, file: Path | None) -> Stage | str | None:
     raise CalledWronglyError(
         f"--stage: unknown stage {name}{like} (stagewire show lists all; --stages FILE adds your own)"
     )
+
+
+def check_unit(name: str) -> None:
+    """Raise :class:`CalledWronglyError` for an unknown unit."""
+    from stagewire.discovery import device_class
+    from stagewire.errors import BadValueError, UnsupportedError
+
+    try:
+        device_class(name)
+    except BadValueError as error:
+        raise CalledWronglyError(f"--unit: {error}") from None
+    except UnsupportedError:  # but known
+        pass
 
 
 def one_stage(name: str, file: Path | None, unit: str | None) -> Stage:

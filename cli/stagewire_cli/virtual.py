@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from stagewire_cli.errors import OK, WRONG, CalledWronglyError
-from stagewire_cli.stages import StagesFile, chosen_stage
+from stagewire_cli.stages import StagesFile, chosen_stage, own_stages
 
 EXAMPLE = """\b
 Examples:
@@ -257,7 +257,7 @@ def virtual(
         from stagewire_cli.virtual_units import of_bench, of_names, of_replay
 
         if bench:
-            makers = of_bench(bench, bind)
+            makers = of_bench(bench, bind, own_stages(stages))
         elif replay:
             makers = of_replay(replay, tcp, pty, bind, lenient=lenient)
         else:

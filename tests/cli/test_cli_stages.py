@@ -127,3 +127,50 @@ def test_an_invalid_file_of_stages_is_refused(stagewire: Stagewire, tmp_path: Pa
     result = stagewire("decode", "--stages", str(path), "--stage", "slide", POSITION)
     assert result.code == 2
     assert f"--stages {path}: slide.travle: unknown key; did you mean travel?" in result.err
+
+
+def test_a_pics_names_a_stage_of_a_file(stagewire: Stagewire, slide: str, tmp_path: Path) -> None:
+    pics = tmp_path / "pics.toml"
+    pics.write_text(
+        'schema_version = 1\nunit = "TDC001"\n\n[[channel]]\nstage = "Slide"\ntravel = "0..5mm"\n'
+    )
+    arguments = (
+        "conformance",
+        "device",
+        "virtual://TDC001",
+        "--pics",
+        str(pics),
+        "--only",
+        "status",
+    )
+    checked = stagewire(*arguments, "--stages", slide)
+    assert checked.code == 0, checked.err
+    refused = stagewire(*arguments)
+    assert refused.code == 2
+    assert "unknown stage 'Slide'" in refused.err
+
+
+def test_a_bench_names_a_stage_of_a_file(stagewire: Stagewire, slide: str, tmp_path: Path) -> None:
+    bench = tmp_path / "bench.toml"
+    bench.write_text('[[unit]]\nname = "TDC001"\nstage = "Slide"\n')
+    arguments = ("virtual", "--bench", str(bench), "--for", "0.01")
+    assert stagewire(*arguments, "--stages", slide).code == 0
+    refused = stagewire(*arguments)
+    assert refused.code == 2
+    assert "has no stage Slide" in refused.err
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["move", "virtual://TDC001", "--by", "1", "--yes", "--unit"],
+        ["conformance", "device", "--list", "--unit"],
+        ["decode", POSITION, "--stage", "Z8", "--unit"],
+        ["doctor", "virtual://TDC001", "--unit"],
+        ["virtual"],
+    ],
+)
+def test_each_command_suggests_units(stagewire: Stagewire, command: list[str]) -> None:
+    result = stagewire(*command, "KDC110")
+    assert result.code == 2
+    assert "unknown unit KDC110; did you mean KDC101" in result.err
