@@ -76,7 +76,10 @@ def of_names(
 
 
 def of_bench(path: Path, bind: str | None, own: Mapping[str, Stage]) -> list[LinkMaker]:
-    """Return the units of a bench file, with the stages of the user; raises the errors of :func:`of_names`."""
+    """Return the units of a bench file; raise the same errors as :func:`of_names`.
+
+    :param own: the stages of the user that it may name, by name.
+    """
     from stagewire_virtual.bench import load_bench
 
     return [unit.link for unit in load_bench(path, bind=bind, own_stages=own).units]
