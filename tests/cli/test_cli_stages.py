@@ -19,7 +19,7 @@ unit = "mm"
 travel = 50
 max_velocity = 2.4
 [slide.counts_per_unit]
-position = 17152
+position = "34304/3"
 velocity = 100000
 acceleration = "13.7"
 """
@@ -52,13 +52,13 @@ def test_each_format_has_values_of_the_stage(stagewire: Stagewire, stream: str, 
         assert result.code == 0, result.err
         return result.out
 
-    assert "position=34304 position_mm=2\n" in decoded()
+    assert "position=34304 position_mm=3\n" in decoded()
     lines = [json.loads(line) for line in decoded("--json").splitlines()]
-    assert [line["engineering"] for line in lines] == [{"position_mm": 2.0}] * 2
+    assert [line["engineering"] for line in lines] == [{"position_mm": 3.0}] * 2
     [first, _] = csv.DictReader(decoded("--format", "csv").splitlines())
-    assert json.loads(first["engineering"]) == {"position_mm": 2.0}
+    assert json.loads(first["engineering"]) == {"position_mm": 3.0}
     typed = decoded("--format", "csv", "--message", "MOT_GET_POSCOUNTER")
-    assert [row["position_mm"] for row in csv.DictReader(typed.splitlines())] == ["2.0", "2.0"]
+    assert [row["position_mm"] for row in csv.DictReader(typed.splitlines())] == ["3.0", "3.0"]
 
 
 def test_a_capture_names_the_controller_of_the_stage(stagewire: Stagewire, tmp_path: Path) -> None:
@@ -116,7 +116,7 @@ def test_the_environment_names_a_file_of_stages(
     stagewire: Stagewire, slide: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("STAGEWIRE_STAGES", slide)
-    assert " 2 mm" in stagewire("decode", "--stage", "slide", POSITION).out
+    assert " 3 mm" in stagewire("decode", "--stage", "slide", POSITION).out
     unknown = stagewire("move", "virtual://TDC001", "--stage", "slid", "--to", "1", "--yes")
     assert "unknown stage slid; did you mean slide?" in unknown.err
 
