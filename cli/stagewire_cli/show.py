@@ -54,7 +54,7 @@ def show(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="[NAME]",
+            metavar="NAME",
             help="Name or part of a name in any case, message id, prefix of serial numbers, or kind such as "
             "stages.  [default: count the entries of each kind]",
         ),

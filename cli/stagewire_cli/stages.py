@@ -54,7 +54,7 @@ def known_stages() -> dict[str, Stage]:
 
     found: dict[str, Stage] = {}
     for protocol in one_or_all(None):
-        if protocol.registry()["stages"]:
+        if protocol.registry().get("stages"):
             stages = stages_of(protocol.package)
             found |= {name: stage for stage in stages for name in stage.catalogue}
             found |= {stage.name: stage for stage in stages}
@@ -83,16 +83,19 @@ def chosen_stage(name: str | None, file: Path | None) -> Stage | str | None:
 
 
 def check_unit(name: str) -> None:
-    """Raise :class:`CalledWronglyError` for an unknown unit."""
-    from stagewire.discovery import device_class
-    from stagewire.errors import BadValueError, UnsupportedError
+    """Raise :class:`CalledWronglyError` for a unit that no registry has."""
+    from stagewire_cli.protocols import one_or_all
 
-    try:
-        device_class(name)
-    except BadValueError as error:
-        raise CalledWronglyError(f"--unit: {error}") from None
-    except UnsupportedError:  # but known
-        pass
+    registries = [protocol.registry() for protocol in one_or_all(None)]
+    units = {entry["name"] for registry in registries for entry in registry.get("units", ())}
+    known = {
+        unit.upper(): unit
+        for unit in units.union(*(each.get("aliases", ()) for each in registries))
+    }
+    if name.upper() not in known:
+        close = difflib.get_close_matches(name.upper()[:80], known)
+        hint = f"did you mean {' or '.join(close)}?" if close else "stagewire show units lists all"
+        raise CalledWronglyError(f"--unit: unknown unit {name}; {hint}")
 
 
 def one_stage(name: str, file: Path | None, unit: str | None) -> Stage:
@@ -110,7 +113,7 @@ def one_stage(name: str, file: Path | None, unit: str | None) -> Stage:
     found = [
         stage
         for protocol in one_or_all(None)
-        if protocol.registry()["stages"]
+        if protocol.registry().get("stages")
         for stage in find_stages(protocol.package, chosen)
     ]
     usable = [stage for stage in found if unit and stage.is_known_on(unit)] or found
