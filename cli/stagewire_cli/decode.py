@@ -3,36 +3,36 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from stagewire.capture import Heading
 from stagewire.errors import CodecError
 from stagewire.framing import End
 from stagewire_cli import completion
 from stagewire_cli.decoding import Counts, Decoding, opened
-from stagewire_cli.devices import ScaleSource, Stage
+from stagewire_cli.devices import ScaleSource
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.formats.format import Format, check_format, writing
 from stagewire_cli.framings.framing import DirectionOption
 from stagewire_cli.output import check_output, output, progress
 from stagewire_cli.protocols import PROTOCOL_HELP
 from stagewire_cli.selection import Selection
+from stagewire_cli.stage_values import StageValues
+from stagewire_cli.stages import StagesFile, check_unit, one_stage
 from stagewire_cli.values import parse_hex
-
-if TYPE_CHECKING:
-    from stagewire.capture import Heading
-    from stagewire_cli.formats.engineering import EngineeringUnits
 
 EXAMPLE = """\b
 Examples:
   stagewire decode "53 04 06 00 D0 01 01 00 40 0D 03 00"
-  stagewire decode --unit KDC101 --stage Z825B "53 04 06 00 D0 01 01 00 40 0D 03 00"
   stagewire decode capture.bin --end host --status dc --format jsonl
   stagewire decode --direction command "18 54 03 A0 86 01 3A"
   stagewire decode --command READ_MOTOR_POSITION "A0 86 01"
   stagewire decode capture.bin --message MOT_GET_DCSTATUSUPDATE --format csv --output status.csv
+  stagewire decode --stage Z8 --unit TDC001 "12 04 06 00 81 50 01 00 00 86 00 00"
   stagewire decode session.txt                     # as recorded by stagewire virtual --log
 """
 
@@ -93,16 +93,25 @@ def decode(
             autocompletion=completion.messages,
         ),
     ] = None,
+    stage: Annotated[
+        str | None,
+        typer.Option(
+            "--stage",
+            metavar="NAME",
+            help="Also show values in the units of this stage, such as Z8.",
+            autocompletion=completion.stages,
+        ),
+    ] = None,
+    stages: StagesFile = None,
     unit: Annotated[
         str | None,
         typer.Option(
             "--unit",
             metavar="NAME",
-            help="Unit that sends or receives the bytes; for engineering units.",
+            help="With --stage: the controller, such as TDC001.  [default: that of the capture]",
             autocompletion=completion.units,
         ),
     ] = None,
-    stage: Stage = None,
     scale_source: ScaleSource = None,
     format: Annotated[
         Format | None,
@@ -131,6 +140,10 @@ def decode(
     frame of that message, and one typed column per field. Offsets count bytes from the beginning. An existing
     output file is replaced when everything has been written.
 
+    With --stage, every format also shows positions, velocities and accelerations in mm or degrees: as the
+    key or column "engineering" with names such as position_mm, and with --message as columns of their own.
+    The stage applies to all channels.
+
     Exit code 1 means that a frame was invalid, or that a stream contained garbage, a packet too short
     for its message, or an incomplete end. An unknown message in a stream is not an error, because newer
     controllers send messages that the registry does not contain. As the only frame, or in a JSON capture, it
@@ -147,7 +160,8 @@ def decode(
         contexts = tuple(context or ())
         options = (protocol, status, direction, command, message, read.heading, contexts)
         task = Selection(*options).task()
-        task.units = _units(wanted, unit, stage, scale_source, read.heading)
+        units_of = {"unit": unit, "scale_source": scale_source}
+        task.stage_values = _stage_values(stage, stages, read.heading, units_of)
         try:
             check_format(wanted, task)
         except CodecError as error:
@@ -166,27 +180,6 @@ def decode(
         raise typer.Exit(WRONG)
 
 
-def _units(
-    wanted: Format,
-    unit: str | None,
-    stage: str | None,
-    scale_source: str | None,
-    heading: Heading | None,
-) -> EngineeringUnits | None:
-    """Return the scales that the options select; None if they select none."""
-    if unit is None and stage is None:
-        return None
-    if wanted not in (Format.TABLE, Format.JSONL):
-        raise CalledWronglyError("--unit and --stage apply to the formats table and jsonl")
-    if unit is None and heading is not None:
-        unit = heading.unit
-    if unit is None:
-        raise CalledWronglyError("--stage requires --unit: the scales depend on the controller")
-    from stagewire_cli.formats.engineering import EngineeringUnits
-
-    return EngineeringUnits(unit, stage, scale_source)
-
-
 def _format(format: Format | None, as_json: bool) -> Format:
     if not as_json:
         return format or Format.TABLE
@@ -195,6 +188,23 @@ def _format(format: Format | None, as_json: bool) -> Format:
             f"--json means --format jsonl and contradicts --format {format.value}"
         )
     return Format.JSONL
+
+
+def _stage_values(
+    name: str | None, file: Path | None, recorded: Heading | None, given: Mapping[str, str | None]
+) -> StageValues | None:
+    """Return the stage whose units are shown; raise :class:`CalledWronglyError` if it has no scales."""
+    if name is None:
+        for option, value in given.items():
+            if value is not None:
+                raise CalledWronglyError(f"--{option.replace('_', '-')} requires --stage")
+        return None
+    if given["unit"]:
+        check_unit(given["unit"])
+    unit = given["unit"].upper() if given["unit"] else recorded.unit if recorded else None
+    values = StageValues(one_stage(name, file, unit), unit, given["scale_source"])
+    values.check()
+    return values
 
 
 def _given(source: list[str]) -> Path | bytes | None:

@@ -15,8 +15,20 @@ from stagewire.errors import (
     UnknownScaleError,
     UnsupportedError,
 )
-from stagewire_cli.completion import stages, units, urls
+from stagewire_cli.completion import units, urls
 from stagewire_cli.errors import CalledWronglyError
+
+
+def _address(text: str | int) -> int:
+    """Parse an address; raise :class:`typer.BadParameter` if it is invalid."""
+    try:
+        address = int(str(text), 0)
+    except ValueError:
+        address = -1
+    if not 0 < address < 0x80:
+        raise typer.BadParameter(f"expected a number from 1 to 0x7f, such as 0x11, not {text!r}")
+    return address
+
 
 LinkUrl = Annotated[
     str,
@@ -35,18 +47,18 @@ Unit = Annotated[
         autocompletion=units,
     ),
 ]
+Address = Annotated[
+    int | None,
+    typer.Option(
+        "--address",
+        parser=_address,
+        metavar="NUMBER",
+        help="Address of the controller, such as 0x11.  [default: that of its unit]",
+    ),
+]
 Bay = Annotated[
     int | None,
     typer.Option("--bay", min=1, help="Bay of a rack, from 1 (address 0x21)."),
-]
-Stage = Annotated[
-    str | None,
-    typer.Option(
-        "--stage",
-        metavar="NAME",
-        help="Stage on the controller, such as Z8 or your own FILE.toml:NAME; needed for mm and degrees.",
-        autocompletion=stages,
-    ),
 ]
 ScaleSource = Annotated[
     str | None,
@@ -95,7 +107,8 @@ def called_wrongly() -> Iterator[None]:
     try:
         yield
     except UnknownScaleError as error:
-        raise CalledWronglyError(f"{error}; on the command line: {_way_out(error)}") from None
+        said = str(error).removesuffix(f"; use {error.instead}=")
+        raise CalledWronglyError(f"{said}; use {_way_out(error)}") from None
     except (EncodeError, UnsupportedError) as error:
         raise CalledWronglyError(str(error)) from None
 
@@ -113,7 +126,7 @@ def _way_out(error: UnknownScaleError) -> str:
     """Return the options that make a scale known."""
     if error.sources:
         return " or ".join(f"--scale-source {source}" for source in error.sources)
-    return _INSTEAD.get(error.instead, "--unit, --stage and --counts")
+    return _INSTEAD.get(error.instead, "--unit, --stage or --counts")
 
 
 @contextmanager

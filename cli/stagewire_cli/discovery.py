@@ -7,14 +7,14 @@ does not answer.
 from __future__ import annotations
 
 import json
-import textwrap
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stagewire.errors import BadValueError
+from stagewire_cli.advice import for_command
 from stagewire_cli.errors import WRONG, CalledWronglyError
-from stagewire_cli.output import console, printable, progress, table
+from stagewire_cli.output import console, echo_wrapped, printable, progress, table
 
 if TYPE_CHECKING:
     from stagewire.discovery import Diagnosis, Found
@@ -96,8 +96,8 @@ Examples:
   stagewire doctor COM3 --unit MS2000
 """
 
-_INDENT = " " * 7
 _MARKS = {"fine": "fine ", "note": "note ", "wrong": "WRONG"}
+_INDENT = " " * 7
 
 
 def doctor(
@@ -122,7 +122,9 @@ def doctor(
 
     Without a URL it checks ports, permissions and drivers. With a URL it asks the controller for its
     identity, if necessary at each documented baud rate, and changes nothing. Each problem is printed with a
-    remedy.
+    remedy, and each usable controller with the class to import and a next command.
+
+    Exit code 1 means that there is a problem.
     """
     from stagewire.discovery import Verdict, diagnose_computer, diagnose_line
 
@@ -145,20 +147,8 @@ def doctor(
 
 
 def _print_diagnosis(diagnosis: Diagnosis) -> None:
-    about, text = printable(diagnosis.about), printable(diagnosis.text)
-    width = console().width
-    for first, line in (
-        (f"{_MARKS[diagnosis.verdict.value]}  ", f"{about}: {text}"),
-        (_INDENT, printable(diagnosis.advice)),
-    ):
-        if line:
-            typer.echo(
-                textwrap.fill(
-                    line,
-                    width,
-                    initial_indent=first,
-                    subsequent_indent=_INDENT,
-                    break_long_words=False,
-                    break_on_hyphens=False,
-                )
-            )
+    about, text = printable(diagnosis.about), printable(for_command(diagnosis.text))
+    echo_wrapped(f"{_MARKS[diagnosis.verdict.value]}  {about}: {text}", indent=_INDENT)
+    if diagnosis.advice:
+        advice = printable(for_command(diagnosis.advice))
+        echo_wrapped(f"{_INDENT}{advice}", indent=_INDENT)

@@ -18,6 +18,7 @@ import typer
 
 import stagewire
 from stagewire.errors import StagewireError
+from stagewire_cli.advice import for_command
 from stagewire_cli.commands import NAMES, Commands, add
 from stagewire_cli.completion import completed_words
 from stagewire_cli.errors import CALLED_WRONGLY, INTERRUPTED, OK, WRONG, CalledWronglyError
@@ -127,11 +128,11 @@ def _warn(
 ) -> None:
     """Print only the text of a warning, without the source line."""
     with contextlib.suppress(OSError):
-        print(printable(f"warning: {message}"), file=sys.stderr)
+        print(printable(for_command(f"warning: {message}")), file=sys.stderr)
 
 
 def _fail(problem: object, code: int) -> int:
-    lines = [printable(line) for line in f"stagewire: {problem}".split("\n")]
+    lines = [printable(line) for line in for_command(f"stagewire: {problem}").split("\n")]
     with contextlib.suppress(OSError):  # no one left to report to
         print("\n".join(lines), file=sys.stderr)
     return code

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.devices import Bay, LinkUrl, ScaleSource, Stage, Unit, seconds_above_0
+from stagewire_cli.devices import Address, Bay, LinkUrl, ScaleSource, Unit, seconds_above_0
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.stages import StageName, StagesFile, chosen_stage
 
 EXAMPLE = """\b
 Examples:
@@ -21,9 +22,11 @@ Examples:
 def monitor(
     url: LinkUrl,
     unit: Unit = None,
-    stage: Stage = None,
+    stage: StageName = None,
+    stages: StagesFile = None,
     scale_source: ScaleSource = None,
     bay: Bay = None,
+    address: Address = None,
     seconds: Annotated[
         float | None,
         typer.Option(
@@ -67,5 +70,10 @@ def monitor(
         check_plot(plot)
     if listen and unit is None:
         raise CalledWronglyError("--listen requires --unit, because nothing is asked")
-    options = {"stage": stage, "scale_source": scale_source, "identify": False if listen else None}
+    options = {
+        "stage": chosen_stage(stage, stages),
+        "scale_source": scale_source,
+        "address": address,
+        "identify": False if listen else None,
+    }
     watch(url, unit, options, bay, seconds=seconds, picture=plot, log=log, listen=listen)

@@ -7,15 +7,16 @@ from typing import Annotated
 import typer
 
 from stagewire_cli.devices import (
+    Address,
     Bay,
     LinkUrl,
     ScaleSource,
-    Stage,
     Unit,
     seconds_above_0,
     travel_options,
 )
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.stages import StageName, StagesFile, chosen_stage
 
 MOVE_EXAMPLE = """\b
 Examples:
@@ -87,10 +88,12 @@ def move(
         bool, typer.Option("--counts", help="Read --to or --by as raw counts.")
     ] = False,
     unit: Unit = None,
-    stage: Stage = None,
+    stage: StageName = None,
+    stages: StagesFile = None,
     scale_source: ScaleSource = None,
     travel: MoveTravel = None,
     bay: Bay = None,
+    address: Address = None,
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
@@ -108,14 +111,22 @@ def move(
         raise CalledWronglyError("give either --to (a position) or --by (a distance)")
     target = Target.parse(number, relative=by is not None, counts=counts)
     where = PartAddress(url, unit, bay, channel, axis)
-    options = {"stage": stage, "scale_source": scale_source, **travel_options(travel)}
+    options = {
+        "stage": chosen_stage(stage, stages),
+        "address": address,
+        "scale_source": scale_source,
+        **travel_options(travel),
+    }
     run_move(where, target, options, timeout=timeout, yes=yes)
 
 
 def home(
     url: LinkUrl,
     unit: Unit = None,
+    stage: StageName = None,
+    stages: StagesFile = None,
     bay: Bay = None,
+    address: Address = None,
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
@@ -128,7 +139,9 @@ def home(
     """
     from stagewire_cli.motion_session import PartAddress, run_home
 
-    run_home(PartAddress(url, unit, bay, channel, axis), timeout=timeout, yes=yes)
+    where = PartAddress(url, unit, bay, channel, axis)
+    options = {"stage": chosen_stage(stage, stages), "address": address}
+    run_home(where, options, timeout=timeout, yes=yes)
 
 
 def jog(
@@ -140,10 +153,12 @@ def jog(
         ),
     ],
     unit: Unit = None,
-    stage: Stage = None,
+    stage: StageName = None,
+    stages: StagesFile = None,
     scale_source: ScaleSource = None,
     travel: MoveTravel = None,
     bay: Bay = None,
+    address: Address = None,
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
@@ -157,7 +172,12 @@ def jog(
     from stagewire_cli.motion_session import PartAddress, run_jog
 
     where = PartAddress(url, unit, bay, channel, axis)
-    options = {"stage": stage, "scale_source": scale_source, **travel_options(travel)}
+    options = {
+        "stage": chosen_stage(stage, stages),
+        "address": address,
+        "scale_source": scale_source,
+        **travel_options(travel),
+    }
     run_jog(where, direction, options, timeout=timeout, yes=yes)
 
 
@@ -165,11 +185,13 @@ def stop(
     url: LinkUrl,
     unit: Unit = None,
     bay: Bay = None,
+    address: Address = None,
     channel: ChannelOption = None,
     axis: AxisOption = None,
     to: Annotated[str | None, typer.Option("--to", hidden=True)] = None,
     by: Annotated[str | None, typer.Option("--by", hidden=True)] = None,
     stage: Annotated[str | None, typer.Option("--stage", hidden=True)] = None,
+    stages: Annotated[str | None, typer.Option("--stages", hidden=True)] = None,
     scale_source: Annotated[str | None, typer.Option("--scale-source", hidden=True)] = None,
     travel: Annotated[str | None, typer.Option("--travel", hidden=True)] = None,
     timeout: Annotated[str | None, typer.Option("--timeout", hidden=True)] = None,
@@ -183,4 +205,4 @@ def stop(
     """
     from stagewire_cli.motion_session import PartAddress, run_stop
 
-    run_stop(PartAddress(url, unit, bay, channel, axis))
+    run_stop(PartAddress(url, unit, bay, channel, axis), address)

@@ -149,9 +149,9 @@ def _place(position: int | None) -> str:
     return "an unknown position" if position is None else f"position {position}"
 
 
-def run_home(where: PartAddress, *, timeout: float, yes: bool) -> None:
-    """Home one part, after a confirmation."""
-    with _opened_part(where, yes, timeout) as (device, name, part):
+def run_home(where: PartAddress, options: Mapping[str, Any], *, timeout: float, yes: bool) -> None:
+    """Home one part, after a confirmation; the options are as for :func:`run_move`."""
+    with _opened_part(where, yes, timeout, **options) as (device, name, part):
         start = _call(device, part, "start_home")
         saying = f"will home from {_position(part)} with the settings of the controller"
         _act(device, name, part, saying, start, timeout, yes, target="to its home position")
@@ -177,10 +177,15 @@ def run_jog(
         _act(device, name, part, saying, lambda: start(direction), timeout, yes)
 
 
-def run_stop(where: PartAddress) -> None:
+def run_stop(where: PartAddress, address: int | None = None) -> None:
     """Stop everything; send the stops of all parts before waiting for answers."""
     with opened(
-        where.url, _unit_to_stop(where), bay=where.bay, identify=False, motion_timeout=_STOP_TIMEOUT
+        where.url,
+        _unit_to_stop(where),
+        bay=where.bay,
+        address=address,
+        identify=False,
+        motion_timeout=_STOP_TIMEOUT,
     ) as device:
         parts = where.parts(device)
         for part in parts.values():

@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -40,13 +42,28 @@ def console(*, error: bool = False, file: TextIO | None = None) -> Console:
 
 
 def table(*columns: str, right: tuple[str, ...] = ()) -> Table:
-    """Return an empty table; the columns named in ``right`` are aligned to the right."""
-    from stagewire_cli.tables import FittingTable
+    """Return an empty table; the columns named in ``right`` are aligned to the right.
 
-    made = FittingTable()
+    On a terminal that is too narrow for it, each row becomes labelled lines.
+    """
+    from stagewire_cli.tables import StackingTable
+
+    made = StackingTable()
     for name in columns:
         made.add_column(name, justify="right" if name in right else "left", overflow="fold")
     return made
+
+
+def echo_wrapped(text: str, *, indent: str = "") -> None:
+    """Print a line; on a terminal, wrapped at its width with further lines indented."""
+    if sys.stdout.isatty():
+        width = max(20, shutil.get_terminal_size().columns)
+        text = "\n".join(
+            textwrap.wrap(
+                text, width, subsequent_indent=indent, break_on_hyphens=False, drop_whitespace=True
+            )
+        )
+    typer.echo(text)
 
 
 def printable(text: str) -> str:

@@ -19,6 +19,9 @@ from stagewire_conformance.scales import factor
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from stagewire import Scale
+    from stagewire_cli.stage_values import StageValues
+
 Json = dict[str, Any]
 _HEX_FROM = 10
 
@@ -44,18 +47,8 @@ def spelled_id(registry: Registry, entry: Json) -> str:
     return f"{'setup byte' if entry['kind'] == 'setup' else 'byte'} {entry['id']:#04x}"
 
 
-def amount(value: float, unit: str) -> str:
-    """Return a value in engineering units for people."""
-    return f"{value:.10g} {unit}"
-
-
-def frame_table(
-    protocol: Protocol, answer: Json, units: Mapping[str, tuple[float, str]] | None = None
-) -> Table:
-    """Return the fields of a decoded frame as a table.
-
-    :param units: values in engineering units by field, in place of the scales of the registry.
-    """
+def frame_table(protocol: Protocol, answer: Json, units: StageValues | None = None) -> Table:
+    """Return the fields of a decoded frame as a table; ``units`` gives those of a stage."""
     known = registry_of(protocol).fields(answer["message"], answer["form"])
     parameters = _parameters(protocol, answer)
     shown = table("offset", "field", "raw", "meaning", right=("offset", "raw"))
@@ -63,20 +56,18 @@ def frame_table(
         field = known.get(name, {})
         offset = field.get("offset")
         place = "" if offset is None or name in parameters else str(offset)
-        meaning = _meaning(field, value)
-        if units and name in units:
-            meaning = amount(*units[name])
-        shown.add_row(place, name, _raw_text(value), meaning)
+        shown.add_row(place, name, _raw_text(value), _meaning(field, value, units))
     for key, text in (("extra", "bytes beyond the layout"), ("data", "the whole packet")):
         if answer.get(key):
             shown.add_row("", key, answer[key], text)
     return shown
 
 
-def frame_line(protocol: Protocol, answer: Json) -> str:
-    """Return a decoded frame in one line, for streams."""
+def frame_line(protocol: Protocol, answer: Json, units: Mapping[str, float] | None = None) -> str:
+    """Return a decoded frame in one line, for streams; ``units`` are further words, such as position_mm."""
     words = [f"{name}={_raw_text(value, ',')}" for name, value in answer["fields"].items()]
     words += [f"{key}={answer[key]}" for key in ("extra", "data") if answer.get(key)]
+    words += [f"{name}={value:.10g}" for name, value in (units or {}).items()]
     if "dest" in answer:
         whom = _between(answer["source"], answer["dest"])
     elif "axis" in answer:
@@ -120,7 +111,7 @@ def _raw_text(value: int | str | list[int], joint: str = " ") -> str:
     return printable(value) if isinstance(value, str) else str(value)
 
 
-def _meaning(field: Json, value: int | str | list[int]) -> str:
+def _meaning(field: Json, value: int | str | list[int], units: StageValues | None) -> str:
     """Return the meaning of a raw value: a name, flag names, engineering units; empty if unknown."""
     if isinstance(value, list):
         return f"rows of {columns_text(field)}"
@@ -137,7 +128,8 @@ def _meaning(field: Json, value: int | str | list[int]) -> str:
     if field.get("flags_by_unit"):
         parts.append(f"flags depend on the unit: {', '.join(field['flags_by_unit'])}")
     if field.get("scale"):
-        parts.append(_in_units(field, value))
+        own = None if units is None else units.of_field(field)
+        parts.append(_in_units(field, value) if own is None else _with_unit(own, value))
     if field.get("role") == "reserved" and value:
         parts.append("reserved, not zero")
     minimum, maximum = field.get("minimum"), field.get("maximum")
@@ -175,11 +167,15 @@ def _amount(value: Fraction) -> str:
     return text if whole == 1 and Fraction(text) == value else f"≈ {float(value):.6g}"
 
 
+def _with_unit(scale: Scale, value: int) -> str:
+    return f"{_amount(scale.from_counts(value))} {scale.unit}"
+
+
 def _in_units(field: Json, value: int) -> str:
     scale, unit = field["scale"], field.get("unit") or ""
     exact = factor(scale, unit)
     if exact is not None:
-        return f"{_amount(exact.from_counts(value))} {unit}"
+        return _with_unit(exact, value)
     if "unknown" in scale:
         return f"{unit}: {scale['unknown']}" if unit else str(scale["unknown"])
     on = {

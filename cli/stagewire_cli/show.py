@@ -4,136 +4,176 @@ from __future__ import annotations
 
 import json
 import textwrap
+from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stagewire.protocols import Protocol
+from stagewire.quantities import Limit, Scale
 from stagewire_cli import completion
-from stagewire_cli.entries import Entry, Json, containing, entries_of, named, similar
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.framings import framing_of
 from stagewire_cli.output import console, table
 from stagewire_cli.protocols import one_or_all
+from stagewire_cli.registry_search import (
+    KINDS,
+    Entry,
+    entries_of,
+    labels,
+    named,
+    of_kind,
+    similar,
+    with_part,
+)
 from stagewire_cli.rendering import columns_text, spelled_id
+from stagewire_cli.stages import StagesFile, own_stages
 from stagewire_conformance.registry import Registry, registry_of
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stagewire.protocols import Protocol
-
 
 EXAMPLE = """\b
 Examples:
-  stagewire show MOT_MOVE_ABSOLUTE
-  stagewire show velocity
-  stagewire show 0453
-  stagewire show MTS25
   stagewire show
+  stagewire show stages
+  stagewire show MOT_MOVE_ABSOLUTE
+  stagewire show 0453
+  stagewire show homing
 """
 
-_FEW, _MANY = 6, 60  # names of each kind that a list shows
-_INDENTED: dict[str, Any] = {
-    "initial_indent": "  ",
-    "subsequent_indent": "  ",
-    "break_long_words": False,
-    "break_on_hyphens": False,
-}
-_PLURALS = {
-    "alias": "aliases",
-    "family": "families",
-    "quantity": "quantities",
-    "erratum": "errata",
-    "prefix": "prefixes of serial numbers",
-}
+Json = dict[str, Any]
+
 _WITH_EVIDENCE = ("enumeration", "flag table", "quantity", "unit", "stage", "list")
 _OF_COMMANDS = ("title", "keyboard", "size", "dummy", "switches_to")
 
 
 def show(
-    words: Annotated[
-        list[str] | None,
+    name: Annotated[
+        str | None,
         typer.Argument(
             metavar="NAME",
-            help="A name or a part of it in any case, a message id such as 0453, or a prefix of serial "
-            "numbers. Without it, everything is listed.",
+            help="Name or part of a name in any case, message id, prefix of serial numbers, or kind such as "
+            "stages.  [default: count the entries of each kind]",
             autocompletion=completion.entries,
         ),
     ] = None,
     protocol: Annotated[
         str | None, typer.Option("--protocol", help="Search only this protocol.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the entry as JSON.")] = False,
+    stages: StagesFile = None,
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", help="Print the entry as JSON, or one object per line of a list."),
+    ] = False,
 ) -> None:
-    """Show what the registry says about a name, or list what a part of a name fits.
+    """Show what the registry says about a name.
 
-    Finds messages, parameter sets, fields, enumerations, flag tables, units, stages, quantities and errata.
-    A stage may have its name in the catalogue of the vendor.
+    Finds messages, fields, parameter sets, enumerations, flag tables, units, stages, quantities and errata. A
+    stage may have its name in the catalogue of the vendor. If several entries contain the name, they are
+    listed by kind.
     """
-    name = " ".join(words) if words else None
     protocols = {one.name: one for one in one_or_all(protocol)}
     registries = {known: registry_of(one) for known, one in protocols.items()}
-    everything = [
-        entry for choice, registry in registries.items() for entry in entries_of(choice, registry)
-    ]
-    found = everything if name is None else named(name, everything)
-    if name is not None and not found:
-        found = containing(name, everything)
-        if len(found) != 1:
-            found = [entry for entry in found if entry.kind != "erratum"] or found
-    if not found or name == "":
-        raise CalledWronglyError(
-            f"nothing in the registry is named {name}{_like(name, everything)}"
-        )
-    if name is None or (len(found) > 1 and not named(name, found)):
-        _list(name, found, as_json=as_json)
-    elif as_json:
-        for entry in found:
-            typer.echo(json.dumps(entry.facts, indent=2, sort_keys=True, ensure_ascii=False))
-    else:
-        for entry in found:
-            _entry(entry, registries[entry.protocol], protocols[entry.protocol])
-
-
-def _like(name: str | None, everything: list[Entry]) -> str:
-    close = similar(name or "", everything)
-    meant = f"; did you mean {' or '.join(close)}?" if close else ""
-    return f"{meant or '.'}\nstagewire show, without a name, lists everything"
-
-
-def _list(name: str | None, found: list[Entry], *, as_json: bool) -> None:
-    """List names by kind; of everything, only some of each kind."""
-    kinds: dict[str, list[str]] = {}
-    for entry in found:
-        kinds.setdefault(entry.kind, []).append(entry.name)
-    if as_json:
-        typer.echo(json.dumps(kinds, indent=2, ensure_ascii=False))
-        return
-    out = console()
-    width = min(out.width, 100)
-    for kind, names in kinds.items():
-        out.print(f"{_PLURALS.get(kind, f'{kind}s')} ({len(names)})", style="bold")
-        shown = names[:_FEW] if name is None else names[:_MANY]
-        more = f", and {len(names) - len(shown)} more" if len(names) > len(shown) else ""
-        out.print(textwrap.fill(f"{', '.join(shown)}{more}", width, **_INDENTED), soft_wrap=True)
+    everything = [*entries_of(registries), *_of_user(stages)]
     if name is None:
-        out.print("\nstagewire show NAME shows an entry, or lists the names that contain a text.")
-        out.print("--json lists all names.")
-
-
-def _entry(entry: Entry, registry: Registry, protocol: Protocol) -> None:
-    """Print an entry."""
-    out = console()
-    out.print(f"{entry.kind} {entry.name} ({entry.protocol})", style="bold")
-    if entry.kind == "message":
-        _message(out, registry, entry.facts)
-        _evidence(out, registry, entry.facts)
-        framing = framing_of(protocol)
-        if framing is not None and entry.facts["id"] is not None:
-            framing.show(out, entry.facts["id"])
+        _counts(everything, as_json)
         return
-    placed = _placed(entry.facts, registry)
+    found = named(name, everything)
+    if not found:
+        listed = of_kind(name, everything) or with_part(name, everything)
+        if len(listed) != 1:
+            _list(name, listed, everything, as_json)
+            return
+        found = listed
+    if as_json:
+        for entry in found:
+            typer.echo(json.dumps(entry.data, indent=2, sort_keys=True, ensure_ascii=False))
+        return
+    out = console()
+    for entry in found:
+        out.print(f"{entry.kind} {entry.name} ({entry.source})", style="bold", soft_wrap=True)
+        if entry.source in protocols:
+            _entry(out, entry, protocols[entry.source])
+        else:
+            _plain(out, entry.data)
+
+
+def _of_user(file: Path | None) -> Iterator[Entry]:
+    """Yield the stages of a file of the user."""
+    for name, stage in own_stages(file).items():
+        scales = {
+            family or "every controller": {
+                quantity: f"{scale.counts_per_unit} counts per {scale.unit}"
+                for quantity, scale in found.items()
+                if isinstance(scale, Scale)
+            }
+            for family, found in stage.scales.items()
+        }
+        limits = {
+            limit: f"{float(found.value):.10g} {found.unit}"
+            for limit, found in stage.limits.items()
+            if isinstance(found, Limit)
+        }
+        kind = "rotary" if stage.rotary else "linear"
+        data = {"title": stage.title, "kind": kind, "limits": limits, "controllers": scales}
+        yield Entry(str(file), "stage", name, data)
+
+
+def _counts(everything: list[Entry], as_json: bool) -> None:
+    """Print the number of entries of each kind, and how to list them."""
+    counts = Counter(entry.kind for entry in everything)
+    if as_json:
+        typer.echo(json.dumps({KINDS[kind]: counts[kind] for kind in KINDS if counts[kind]}))
+        return
+    shown = table("kind", "entries", "list them", right=("entries",))
+    for kind, plural in KINDS.items():
+        if counts[kind]:
+            word = plural.replace(" ", "-")
+            shown.add_row(plural, str(counts[kind]), f"stagewire show {word}")
+    out = console()
+    out.print(shown)
+    out.print("\nstagewire show NAME shows an entry; a part of a name lists all entries with it.")
+
+
+def _list(name: str, listed: list[Entry], everything: list[Entry], as_json: bool) -> None:
+    """Print entries by kind; raise :class:`CalledWronglyError` if there are none."""
+    if not listed:
+        close = similar(name, everything)
+        like = (
+            f"did you mean {' or '.join(close)}?" if close else "stagewire show lists what there is"
+        )
+        raise CalledWronglyError(f"nothing in the registry is named {name}; {like}")
+    if as_json:
+        for entry in listed:
+            line = {"kind": entry.kind, "name": entry.name, "protocol": entry.source}
+            typer.echo(json.dumps(line, ensure_ascii=False))
+        return
+    out = console()
+    for kind, plural in KINDS.items():
+        found = (labels(entry, name) for entry in listed if entry.kind == kind)
+        names = list(dict.fromkeys(label for of_entry in found for label in of_entry))
+        if names:
+            out.print(f"{plural} ({len(names)})", style="bold")
+            lines = textwrap.wrap(", ".join(names), out.width - 2, break_on_hyphens=False)
+            out.print(textwrap.indent("\n".join(lines), "  "), soft_wrap=True)
+    out.print("\nstagewire show NAME shows one of them")
+
+
+def _entry(out: Console, entry: Entry, protocol: Protocol) -> None:
+    """Print an entry of a registry."""
+    registry, data = registry_of(protocol), entry.data
+    if entry.kind == "message":
+        _message(out, registry, data)
+        _evidence(out, registry, data)
+        framing = framing_of(protocol)
+        if framing is not None and data["id"] is not None:
+            framing.show(out, data["id"])
+        return
+    placed = _placed(data, registry)
     if entry.kind in _WITH_EVIDENCE:
         placed = {key: value for key, value in placed.items() if key != "evidence"}
     if entry.kind == "enumeration":
@@ -143,7 +183,7 @@ def _entry(entry: Entry, registry: Registry, protocol: Protocol) -> None:
     else:
         _plain(out, placed)
     if entry.kind in _WITH_EVIDENCE:
-        _evidence(out, registry, entry.facts)
+        _evidence(out, registry, data)
 
 
 def _message(out: Console, registry: Registry, entry: Json) -> None:

@@ -12,6 +12,7 @@ import typer
 
 from stagewire_cli import completion
 from stagewire_cli.errors import OK, WRONG, CalledWronglyError
+from stagewire_cli.stages import StagesFile, chosen_stage, own_stages
 
 EXAMPLE = """\b
 Examples:
@@ -108,6 +109,7 @@ def virtual(
             autocompletion=completion.stages,
         ),
     ] = None,
+    stages: StagesFile = None,
     travel: Annotated[
         int | None,
         typer.Option(
@@ -237,7 +239,7 @@ def virtual(
     recording.
     """
     options = {
-        "stage": stage,
+        "stage": chosen_stage(stage, stages),
         "travel": travel,
         "position": position,
         "seed": seed,
@@ -265,7 +267,7 @@ def virtual(
         from stagewire_cli.virtual_units import of_bench, of_names, of_replay
 
         if bench:
-            makers = of_bench(bench, bind)
+            makers = of_bench(bench, bind, own_stages(stages))
         elif replay:
             makers = of_replay(replay, tcp, pty, bind, lenient=lenient)
         else:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from stagewire import Stage
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.output import console, table
 from stagewire_virtual.clock import Clock
@@ -74,11 +75,14 @@ def of_names(
     return [unit.link for unit in make_bench(tables, bind=bind, called=option).units]
 
 
-def of_bench(path: Path, bind: str | None) -> list[LinkMaker]:
-    """Return the units of a bench file; raise the same errors as :func:`of_names`."""
+def of_bench(path: Path, bind: str | None, own: Mapping[str, Stage]) -> list[LinkMaker]:
+    """Return the units of a bench file; raise the same errors as :func:`of_names`.
+
+    :param own: the stages of the user that it may name, by name.
+    """
     from stagewire_virtual.bench import load_bench
 
-    return [unit.link for unit in load_bench(path, bind=bind).units]
+    return [unit.link for unit in load_bench(path, bind=bind, own_stages=own).units]
 
 
 def of_replay(

@@ -3,9 +3,9 @@
 The runtime contains no protocol: generated packages define the messages. The public names are those here and
 in the modules :mod:`~stagewire.protocols`, :mod:`~stagewire.framing`, :mod:`~stagewire.links`,
 :mod:`~stagewire.sessions`, :mod:`~stagewire.devices`, :mod:`~stagewire.discovery`, :mod:`~stagewire.columns`,
-:mod:`~stagewire.capture`, :mod:`~stagewire.quantities`, :mod:`~stagewire.stage_files`,
-:mod:`~stagewire.errors` and, for generated code, :mod:`~stagewire.support`. All other modules begin with an
-underscore and may change in any release (``docs/reference/versioning.md``).
+:mod:`~stagewire.capture`, :mod:`~stagewire.quantities`, :mod:`~stagewire.errors` and, for generated code,
+:mod:`~stagewire.support`. All other modules begin with an underscore and may change in any release
+(``docs/reference/versioning.md``).
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from stagewire.errors import StagewireError
 TYPE_CHECKING: bool = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from stagewire._devices.dataframes import dataframe as dataframe
+    from stagewire.devices import read_stages
     from stagewire.discovery import discover as discover
     from stagewire.discovery import open as open
     from stagewire.quantities import Scale, Stage, UnknownScale
@@ -48,6 +49,7 @@ __all__ = [
     "discover",
     "load_protocol",
     "open",
+    "read_stages",
 ]
 
 __version__ = "0.1.0"
@@ -57,11 +59,11 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
         __name__,
         {
             "quantities": "Scale Stage UnknownScale",
+            "devices": "read_stages",
             "discovery": "discover open",
             "_devices.dataframes": "dataframe",
         },
-        "capture columns devices discovery errors framing links protocols quantities sessions stage_files "
-        "support",
+        "capture columns devices discovery errors framing links protocols quantities sessions support",
     )
 
 _deprecated.install()

@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     from stagewire._devices.asynchronous.parts import Part as AsyncPart
     from stagewire._devices.candidates import candidates, clean_model
     from stagewire._devices.connection import link_options
-    from stagewire._devices.options import OpenOptions, scales_on
+    from stagewire._devices.options import OpenOptions
     from stagewire._devices.scales import Scales, ToldValue
+    from stagewire._devices.stage_files import read_stages
     from stagewire._devices.synchronous.devices import Device
     from stagewire._devices.synchronous.parts import Motion, Part
     from stagewire._devices.tables import MotionEnd
@@ -43,7 +44,7 @@ __all__ = [
     "candidates",
     "clean_model",
     "link_options",
-    "scales_on",
+    "read_stages",
 ]
 
 __path__: list[str] = []  # 0.1 had modules below this name; see stagewire._deprecated
@@ -56,12 +57,13 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_devices.synchronous.parts": "Motion Part",
             "_devices.asynchronous.devices": "Device=AsyncDevice",
             "_devices.asynchronous.parts": "Motion=AsyncMotion Part=AsyncPart",
-            "_devices.options": "OpenOptions scales_on",
+            "_devices.options": "OpenOptions",
             "_devices.tables": "MotionEnd",
             "_devices.unit": "Facts Unit",
             "_devices.values": "Bits BitsByUnit InUnits Raw Values",
             "_devices.scales": "Scales ToldValue",
             "_devices.candidates": "candidates clean_model",
             "_devices.connection": "link_options",
+            "_devices.stage_files": "read_stages",
         },
     )

@@ -263,7 +263,8 @@ class Stage:
 
     :param scales: controller family -> quantity -> scale.
     :param controllers: controller family -> units of the family.
-    :param by_user: whether a user defined the scales; they then apply on every controller.
+    :param by_user: whether a user defined the scales; those of the family with an empty name then apply on
+        every controller.
     :param limits: ``travel``, ``max_velocity`` and ``max_acceleration`` -> limit; missing limits are unknown.
     :param catalogue: names in the catalogue of the vendor, such as ``MTS25/M-Z8``.
     :param rotary: whether it rotates; its scales and limits are then in degrees.
@@ -353,7 +354,8 @@ class Stage:
         Raise :class:`UnknownScaleError` if the registry does not state it. Scales are never guessed.
         """
         for family, scales in self.scales.items():
-            if self.by_user or controller == family or controller in self.controllers[family]:
+            everywhere = self.by_user and not family
+            if everywhere or controller == family or controller in self.controllers[family]:
                 if quantity in scales:
                     return scales[quantity]
                 known = ", ".join(sorted(scales))

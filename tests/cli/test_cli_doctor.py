@@ -25,7 +25,7 @@ def a_computer_with_nothing_plugged_in(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_computer_without_controllers_is_diagnosed(stagewire: Stagewire) -> None:
     result = stagewire("doctor")
     assert result.code == 1
-    first, advice, *_ = result.out.splitlines()
+    first, advice = result.out.splitlines()
     assert first.startswith("WRONG  USB: no controller found")
     assert advice.startswith("       check that it is switched on")
 
@@ -38,7 +38,8 @@ def test_a_usable_port_is_fine(
     show(monkeypatch, linux(str(device), "83000001"), port("/dev/ttyS0"))
     result = stagewire("doctor")
     assert (result.code, result.err) == (0, "")
-    fine, note, advice = result.out.splitlines()
+    fine, use, note, advice = result.out.splitlines()
+    assert use == f"       from stagewire_apt import TDC001; next: stagewire monitor {device}"
     assert fine == f"fine   {device}: TDC001: One-channel T-Cube DC servo driver"
     assert note.startswith("note   /dev/ttyS0: unknown")
     assert "stagewire doctor /dev/ttyS0" in advice
@@ -48,20 +49,27 @@ def test_a_controller_that_answers_is_fine(stagewire: Stagewire) -> None:
     result = stagewire("doctor", "virtual://BBD102")
     assert result.code == 0
     assert result.out.startswith("fine   virtual://BBD102: answers: BBD102")
-    words = " ".join(result.out.split())
-    assert "bays with a module: 1, 2 " in words
-    assert words.endswith(
-        "in Python: from stagewire_apt import BBD102; bbd102 = BBD102.open('virtual://BBD102')"
+    assert "bays with a module: 1, 2\n" in result.out
+    assert (
+        "from stagewire_apt import BBD102; next: stagewire monitor virtual://BBD102" in result.out
     )
 
 
-def test_lines_are_wrapped_at_the_width_of_a_terminal(
-    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("stagewire_cli.output._PIPE_WIDTH", 40)
-    lines = stagewire("doctor", "virtual://TDC001").out.splitlines()
-    assert len(lines) > 3
-    assert all(len(line) <= 40 for line in lines)
+def test_a_serial_number_in_place_of_a_port_gets_its_url(stagewire: Stagewire) -> None:
+    for command in (["doctor"], ["move", "--by", "1", "--yes"], ["monitor"]):
+        result = stagewire(*command, "27000001")
+        assert result.code != 0
+        assert "If 27000001 is a serial number, open usb://27000001" in result.out + result.err
+
+
+def test_the_advice_names_options_of_the_command(stagewire: Stagewire) -> None:
+    url = "virtual://KDC101"
+    result = stagewire("move", url, "--address", "0x51", "--to", "1", "--yes")
+    assert result.err.endswith("Sources also reach a KDC101 at 0x50: choose one with --address\n")
+    assert "identify=" not in result.err
+    result = stagewire("move", "virtual://TDC001", "--to", "1", "--yes")
+    assert "give --stage NAME" in result.err
+    assert "Stage.of_user" not in result.err
 
 
 def test_an_unexpected_unit_is_reported(stagewire: Stagewire) -> None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import io
 import json
 from typing import TYPE_CHECKING
 
 import pytest
-from rich.console import Console
 
 from serial_ports import linux, port, show
-from stagewire_cli.output import table
+from stagewire_cli import output
 
 if TYPE_CHECKING:
     from conftest import Stagewire
@@ -64,15 +62,28 @@ def test_the_name_of_a_device_cannot_control_the_terminal(
     assert "\\x1b[2J99" in result.out
 
 
-def test_a_narrow_terminal_gets_a_line_for_each_value() -> None:
-    shown = table("port", "serial number", "description")
-    shown.add_row("/dev/ttyUSB0", "83000001", "One-channel T-Cube DC servo driver")
-    shown.add_row("/dev/ttyS0", "", "unknown device, possibly a controller on RS-232")
-    for width, first in ((100, "port "), (40, "port: /dev/ttyUSB0")):
-        out = io.StringIO()
-        Console(file=out, width=width, force_terminal=True, color_system=None).print(shown)
-        lines = out.getvalue().splitlines()
-        assert lines[0].startswith(first)
-        assert all(len(line) <= width for line in lines)
-        words = set(out.getvalue().split())
-        assert {"/dev/ttyUSB0", "83000001", "description:" if width == 40 else "servo"} <= words
+@pytest.mark.parametrize("width", [40, 80])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["list"],
+        ["show"],
+        ["show", "MOT_SET_VELPARAMS"],
+        ["show", "jog_mode"],
+        ["decode", "53 04 06 00 D0 01 01 00 40 0D 03 00"],
+        ["conformance", "device", "--unit", "TDC001", "--list"],
+        ["virtual", "--list"],
+    ],
+)
+def test_tables_fit_a_narrow_terminal_and_keep_all_words(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, arguments: list[str], width: int
+) -> None:
+    show(monkeypatch, linux("/dev/ttyUSB0", "83000001"), port("/dev/ttyS0"))
+    wide = stagewire(*arguments)
+    monkeypatch.setattr(output, "_PIPE_WIDTH", width)
+    narrow = stagewire(*arguments)
+    assert narrow.code == wide.code == 0
+    written = "".join(narrow.out.split())
+    assert all(word in written for word in wide.out.split() if word.isalnum())
+    if arguments[0] in ("list", "conformance"):
+        assert max(map(len, narrow.out.splitlines())) <= width

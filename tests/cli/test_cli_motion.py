@@ -209,7 +209,7 @@ def test_without_a_terminal_yes_is_required(
         (["--to", "1", "--by", "1"], "give either --to"),
         ([], "give either --to"),
         (["--to", "0.5", "--counts"], "whole numbers"),
-        (["--to", "1"], "--stage and --counts"),
+        (["--to", "1"], "--stage or --counts"),
         (["--to", "1", "--stage", "Z9"], "unknown stage Z9"),
         (["--to", "1", "--stage", "Z8", "--scale-source", "vendor"], "no scale of the stage has"),
         (["--to", "13", "--stage", "Z8", "--travel", "12"], "outside the travel"),
@@ -220,8 +220,8 @@ def test_without_a_terminal_yes_is_required(
         (["--to=-6", "--stage", "Z8", "--travel=-5,5"], "outside the travel, -5 to 5 mm"),
         (["--to", "1mm", "--counts"], "whole numbers without a unit"),
         (["--to", "1 km"], "not a number"),
-        (["--to", "3deg"], "--stage and --counts"),
-        (["--to", "3deg", "--stage", "Z8"], "on the command line: a number such as 1.5"),
+        (["--to", "3deg"], "--stage or --counts"),
+        (["--to", "3deg", "--stage", "Z8"], "use a number such as 1.5"),
         (
             ["--to", "3", "--stage", "PRM1_Z8"],
             "PRM1_Z8 is a rotary stage; give degrees, such as --to",
@@ -232,11 +232,11 @@ def test_without_a_terminal_yes_is_required(
         (["--to", "3deg", "--stage", "PRM1_Z8", "--travel", "xdeg"], "such as -5,5 or -8,8deg"),
         (
             ["--to", "3", "--stage", "Z8", "--travel", "9deg"],
-            "on the command line: --travel LOW,HIGH",
+            "use --travel LOW,HIGH",
         ),
         (
             ["--to", "3deg", "--stage", "CR1_Z7"],
-            "line: --scale-source document or --scale-source vendor",
+            "use --scale-source document or --scale-source vendor",
         ),
     ],
 )

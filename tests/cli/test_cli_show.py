@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -19,9 +20,6 @@ if TYPE_CHECKING:
         ("MOT_MOVE_ABSOLUTE", "id 0x0453, to controller, Issue 3, page 45"),
         ("mgmsg_mot_move_absolute", "absolute_distance"),
         ("0x0453", "message MOT_MOVE_ABSOLUTE"),
-        ("0453", "message MOT_MOVE_ABSOLUTE"),
-        ("move_absolut", "message MOT_MOVE_ABSOLUTE"),
-        ("absolute_dist", "field absolute_distance (thorlabs_apt)\nmessages: MOT_MOVE_ABSOLUTE"),
         ("mot_velparams", "MOT_REQ_VELPARAMS"),
         ("jog_mode", "CONTINUOUS"),
         ("dc_status_bits", "settled"),
@@ -39,6 +37,14 @@ if TYPE_CHECKING:
         ("TDC001", "evidence: "),
         ("83", "prefix 83 (thorlabs_apt)\nunits: TDC001"),
         ("26", "KST201"),
+        ("0453", "message MOT_MOVE_ABSOLUTE"),
+        ("453", "message MOT_MOVE_ABSOLUTE"),
+        ("KDC101", "unit KDC101"),
+        ("Z825B", "stage Z825B"),
+        ("LTS300", "unit LTS300"),
+        ("LTS300", "stage LTS300"),
+        ("absolute_distance", "field absolute_distance"),
+        ("MOVE_ABSOLUT", "message MOT_MOVE_ABSOLUTE"),
     ],
 )
 def test_show_prints_an_entry(stagewire: Stagewire, name: str, said: str) -> None:
@@ -74,7 +80,7 @@ def test_json(stagewire: Stagewire) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["MOT_MOVE_ABSOLTE"], "did you mean MOT_MOVE_ABSOLUTE"),
+        (["MOT_MVOE_ABSOLUTE"], "did you mean MOT_MOVE_ABSOLUTE"),
         (["K10CR3"], "did you mean K10CR2"),
         (["0xZZ"], "nothing in the registry is named 0xZZ"),
         (["velocity", "--protocol", "nothing"], "no protocol nothing is installed"),
@@ -87,31 +93,49 @@ def test_wrong_arguments_are_refused(stagewire: Stagewire, arguments: list[str],
     assert said in result.err
 
 
-def test_a_part_of_names_lists_them_by_kind(stagewire: Stagewire) -> None:
-    assert stagewire("show", "Vel", "params").out == (
-        "messages (4)\n"
-        "  MOT_SET_VELPARAMS, MOT_REQ_VELPARAMS, MOT_GET_VELPARAMS, MOT_SET_MOVEVELPARAMS\n"
-        "parameter sets (1)\n"
-        "  MOT_VELPARAMS\n"
+def test_without_a_name_the_kinds_are_counted(stagewire: Stagewire) -> None:
+    result = stagewire("show")
+    assert result.code == 0
+    assert "stagewire show flag-tables" in result.out
+    counts = json.loads(stagewire("show", "--json").out)
+    assert f" {counts['stages']}   stagewire show stages" in result.out
+
+
+def test_a_kind_lists_its_entries(stagewire: Stagewire) -> None:
+    result = stagewire("show", "flag-tables")
+    assert result.out.startswith("flag tables (")
+    assert "dc_status_bits" in result.out
+    assert "MOT_MOVE_HOME" not in result.out
+
+
+def test_an_ambiguous_part_lists_candidates_by_kind(stagewire: Stagewire) -> None:
+    result = stagewire("show", "kdc10")
+    assert result.code == 0
+    assert "units (1)\n  KDC101\n" in result.out
+    assert "flag tables (1)\n  kdc101_status_bits\n" in result.out
+    lines = [json.loads(line) for line in stagewire("show", "kdc10", "--json").out.splitlines()]
+    assert {"kind": "unit", "name": "KDC101", "protocol": "thorlabs_apt"} in lines
+
+
+def test_a_part_finds_bits_and_values(stagewire: Stagewire) -> None:
+    assert "dc_status_bits.homing" in stagewire("show", "homing").out
+    assert "jog_mode.CONTINUOUS" in stagewire("show", "continuou").out
+
+
+def test_stages_of_a_file_are_shown(stagewire: Stagewire, tmp_path: Path) -> None:
+    path = tmp_path / "stages.toml"
+    path.write_text(
+        '[slide]\nunit = "mm"\ntravel = 50\n[slide.counts_per_unit]\nposition = "40000/3"\n'
     )
+    result = stagewire("show", "slide", "--stages", str(path))
+    assert result.out.startswith(f"stage slide ({path})\n")
+    assert "position 40000/3 counts per mm" in result.out
+    assert "slide" in stagewire("show", "stages", "--stages", str(path)).out
 
 
-def test_names_of_units_and_stages_are_found_by_a_part(stagewire: Stagewire) -> None:
-    assert "units (1)\n  KDC101\n" in stagewire("show", "KDC1").out
-    assert "stages (4)\n  Z825, Z825B, " in stagewire("show", "Z82").out
-
-
-def test_without_a_name_every_kind_is_listed(stagewire: Stagewire) -> None:
-    said = stagewire("show").out
-    registry = load_protocol("thorlabs_apt").registry()
-    assert f"stages ({len(registry['stages'])})\n" in said
-    assert {"messages", "units", "fields", "enumerations"} <= {
-        line.partition(" (")[0] for line in said.splitlines()
-    }
-    assert all(len(line) <= 100 for line in said.splitlines() if line.startswith("  "))
-
-
-def test_json_lists_all_names(stagewire: Stagewire) -> None:
-    listed = json.loads(stagewire("show", "--json").out)
-    assert "MOT_MOVE_ABSOLUTE" in listed["message"]
-    assert "LTS300" in listed["stage"]
+def test_misspelled_units_and_stages_are_suggested(stagewire: Stagewire) -> None:
+    for wrong, right in (("KDC110", "KDC101"), ("Z825BB", "Z825B"), ("LTS33", "LTS300")):
+        result = stagewire("show", wrong)
+        assert result.code == 2
+        assert "did you mean " in result.err
+        assert right in result.err

@@ -146,7 +146,7 @@ def test_command_line_options_match_those_of_a_bench() -> None:
         (["TDC001", "--bind", "203.0.113.9"], "203.0.113.9"),
         (["TDC001", "--bind", "nosuch.invalid"], "cannot listen on nosuch.invalid:0: "),
         (["TDC001", "--stage", "Z9"], "--stage: "),
-        (["TDC001", "--stage", "Z91"], "no stage Z91; did you mean Z912?"),
+        (["TDC001", "--stage", "Z91"], "unknown stage Z91; did you mean Z912"),
         (["TDC001", "--travel", "0"], "(TDC001), --travel: TDC001 requires a travel"),
         (["TDC001", "--travel", "9", "--position", "10"], ", --travel, --position: "),
         (["TDC001", "--travel", "1 mm"], "'--travel': expected a whole number, not '1 mm'"),

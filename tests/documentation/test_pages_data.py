@@ -20,6 +20,7 @@ from shell import lines
 import stagewire_virtual as virtual
 from checkout import ROOT
 from markdown_blocks import blocks
+from stagewire import read_stages
 from stagewire.capture import read_capture
 from stagewire.protocols import load_protocol
 from stagewire_cli.main import main
@@ -77,6 +78,12 @@ def bench(text: str, folder: Path) -> None:
     (folder / "bench.toml").write_text(text, encoding="utf-8")
     loaded = load_bench(folder / "bench.toml")
     assert len(loaded.units) == text.count("[[unit]]") > 0
+
+
+def stages(text: str, folder: Path) -> None:
+    """Read stages of a user."""
+    (folder / "stages.toml").write_text(text, encoding="utf-8")
+    assert list(read_stages(folder / "stages.toml")) == ["slide"]
 
 
 def faults(text: str, folder: Path) -> None:
@@ -155,6 +162,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
         "docs/how-to/editors.md",
         "# yaml-language-server: $schema=../../schema/messages.schema.json",
     ): first_line,
+    ("docs/how-to/devices.md", "[slide]"): stages,
     ("docs/reference/codec-conformance.md", '{"id":1,"op":"hello"}'): talk,
     ("docs/reference/codec-conformance.md", "schema_version = 1"): expected,
     ("docs/reference/conformance.md", "schema_version = 1"): pics,

@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from stagewire import Stage
-from stagewire.errors import BadValueError, StagewireError
+from stagewire.errors import StagewireError
 from stagewire.quantities import find_stages
-from stagewire.stage_files import stage_in_file
 from stagewire_virtual.clock import Clock, SteppedClock
 from stagewire_virtual.errors import BadOptionError, BenchError, UnknownUnitError
 from stagewire_virtual.factory import Blueprint
@@ -76,17 +75,19 @@ _ONE_OF_TWO: Final = 0.5
 """How similar a stage name must be to be suggested: one of two letters."""
 
 
-def stage_of(units: Sequence[Unit], value: Any) -> Stage | None:
+def stage_of(units: Sequence[Unit], own: Mapping[str, Stage], value: Any) -> Stage | None:
     """Return the stage with this name of the protocol of the units; None if no unit is known.
 
-    ``FILE.toml:NAME`` names a stage of the user.
+    :param own: the stages of the user, by name.
+    :param value: the name, or a stage of the user.
     """
+    if isinstance(value, Stage):
+        return value
     name = text(value)
-    try:
-        if (own := stage_in_file(name)) is not None:
-            return own
-    except BadValueError as error:
-        raise BadOptionError(str(error)) from None
+    for known_name, stage in own.items():
+        if known_name.upper() == name.upper():
+            check_stage(stage, [unit.name for unit in units])
+            return stage
     if not units:
         return None
     protocol = units[0].protocol
@@ -155,11 +156,14 @@ _SHORT: Final = ("stage", "travel", "position")
 """Keys of a unit that apply to every channel."""
 
 
-def load_bench(path: str | Path, bind: str | None = None) -> Bench:
+def load_bench(
+    path: str | Path, bind: str | None = None, own_stages: Mapping[str, Stage] | None = None
+) -> Bench:
     """Read a bench from a TOML file.
 
     :param bind: the network address on which its TCP ports may listen; see
         :func:`~stagewire_virtual.serving.endpoints.parse_tcp`.
+    :param own_stages: the stages of the user that it may name, by name.
 
     Raises :class:`~stagewire_virtual.errors.BenchError` with all problems of the file.
     """
@@ -172,12 +176,13 @@ def load_bench(path: str | Path, bind: str | None = None) -> Bench:
     except ValueError as error:  # of TOML or of UTF-8
         raise BenchError([f"{path}: not a valid TOML file: {error}"]) from error
     problems: list[str] = []
+    own = own_stages or {}
     top = Table(contents, str(path), problems)
     tables = top.take("unit", tables_of("unit"), ())
     top.refuse_others()
     if not tables and not problems:
         top.wrong("unit", "missing; each unit begins with a line [[unit]]")
-    return _bench(tables, str(path), bind, problems, key_label)
+    return _bench(tables, str(path), bind, problems, key_label, own)
 
 
 def make_bench(
@@ -193,7 +198,7 @@ def make_bench(
 
     Raises :class:`~stagewire_virtual.errors.BenchError` with all problems of the tables.
     """
-    return _bench(tables, source, bind, [], called)
+    return _bench(tables, source, bind, [], called, {})
 
 
 def _bench(
@@ -202,6 +207,7 @@ def _bench(
     bind: str | None,
     problems: list[str],
     called: Callable[[str], str],
+    own: Mapping[str, Stage],
 ) -> Bench:
     units: list[BenchUnit] = []
     taken: dict[str, str] = {}
@@ -209,7 +215,7 @@ def _bench(
         name = values.get("name")
         shown = f" ({name})" if isinstance(name, str) else ""
         table = Table(values, f"{source}: unit {number}{shown}", problems, called)
-        unit = _unit(table, number - 1, bind)
+        unit = _unit(table, number - 1, bind, own)
         if unit is not None:
             _check_place(table, unit.place, taken)
             units.append(unit)
@@ -218,7 +224,7 @@ def _bench(
     return Bench(tuple(units))
 
 
-def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
+def _unit(table: Table, index: int, bind: str | None, own: Mapping[str, Stage]) -> BenchUnit | None:
     """Return the unit that a table describes; None if its kind is unknown."""
     name = table.take("name", text, "")
     if "name" not in table:
@@ -228,7 +234,8 @@ def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
     bays = table.take("bays", list_of(module_named), None) if is_rack else _no_bays(table)
     if is_rack and "bays" not in table:
         table.wrong("bays", 'missing; list the modules, for example ["MST601", "", "MPZ601"]')
-    channels = _channels(table, [known for known in (unit, *(bays or ())) if known is not None])
+    known = [each for each in (unit, *(bays or ())) if each is not None]
+    channels = _channels(table, known, own)
     label = table.take("label", text, "") or name
     place = _place(table, bind)
     faults = table.take("faults", list_of(fault_of), ())
@@ -287,9 +294,11 @@ def _check_options(table: Table, blueprint: Blueprint) -> None:
         refused("faults", replace(blueprint, faults=(fault,)))
 
 
-def _channels(table: Table, units: Sequence[Unit]) -> tuple[Settings, ...]:
+def _channels(
+    table: Table, units: Sequence[Unit], own: Mapping[str, Stage]
+) -> tuple[Settings, ...]:
     """Return the settings of the channels, from the keys of the unit or of each channel."""
-    stage = functools.partial(stage_of, units)
+    stage = functools.partial(stage_of, units, own)
     short = _settings(table, stage)
     channels = tuple(
         _channel(table.inner(values, f"channel {number}"), stage)

@@ -113,8 +113,10 @@ def check_stage(stage: Stage, units: Collection[str]) -> None:
 
     The :class:`~stagewire_virtual.errors.BadOptionError` lists the units for which they are known.
     """
-    known = stage_units(stage)
-    if units and not stage.by_user and not known & set(units):
+    if "" in stage.scales:  # of a user, for every unit
+        return
+    known = stage_units(stage) | stage.controllers.keys()
+    if units and not known & set(units):
         raise BadOptionError(
             f"the scales of {stage.name} on {' or '.join(units)} are unknown "
             f"(known on: {', '.join(sorted(known))}); without a stage, values are in counts"

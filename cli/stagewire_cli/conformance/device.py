@@ -14,6 +14,7 @@ from stagewire_cli import completion
 from stagewire_cli.conformance.sheets import Html, Json, Junit, ReportFiles, listing, several
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.output import output, printable, progress
+from stagewire_cli.stages import StagesFile
 from stagewire_conformance.reports import Verdict
 
 DEVICE_EXAMPLE = """\b
@@ -59,6 +60,7 @@ def device(
             help="Declaration of the controller; stagewire conformance pics drafts one.",
         ),
     ] = None,
+    stages: StagesFile = None,
     allow_settings: Annotated[
         bool,
         typer.Option("--allow-settings", help="Allow settings to be changed; they are restored."),
@@ -133,6 +135,7 @@ def device(
         eeprom=allow_eeprom,
         only=several(only),
         seed=seed,
+        stages=stages,
     )
     if list_checks:
         with listing():

@@ -13,6 +13,7 @@ from stagewire.errors import LinkOpenError, StagewireError
 from stagewire_cli.conformance.sheets import ReportFiles, show_end, show_results
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.output import bar, console, printable, table
+from stagewire_cli.stages import own_stages
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.errors import NothingToRunError
 from stagewire_conformance.device.execution import execute, verify
@@ -34,6 +35,7 @@ def plan_of(
     eeprom: bool,
     only: Sequence[str],
     seed: int,
+    stages: Path | None,
 ) -> Plan:
     """Return the plan for the options; raise :class:`CalledWronglyError` if they are invalid."""
     try:
@@ -42,7 +44,8 @@ def plan_of(
         raise CalledWronglyError(f"--allow-motion: {error}") from None
     allowed = Permissions(settings=settings, motion=span, eeprom=eeprom, tuning=tuning)
     try:
-        return Plan.of(unit, allowed, pics=pics, only=only, seed=seed)
+        own = own_stages(stages if pics is not None else None)
+        return Plan.of(unit, allowed, pics=pics, only=only, seed=seed, own_stages=own)
     except StagewireError as error:
         raise CalledWronglyError(str(error)) from None
 

@@ -13,18 +13,19 @@ from stagewire.errors import CodecError
 from stagewire.framing import TextReceived
 from stagewire.protocols import Frame
 from stagewire_cli.formats.task import Task
-from stagewire_cli.formats.writer import AS_JSON, AS_WORDS, PENDING, FieldsText, TextWriter, compact
-from stagewire_cli.output import console
-from stagewire_cli.rendering import (
-    amount,
-    event_line,
-    explain,
-    frame_line,
-    frame_table,
-    frame_title,
+from stagewire_cli.formats.writer import (
+    AS_JSON,
+    AS_WORDS,
+    ENGINEERING,
+    PENDING,
+    FieldsText,
+    TextWriter,
+    compact,
 )
+from stagewire_cli.output import console
+from stagewire_cli.rendering import event_line, explain, frame_line, frame_table, frame_title
 from stagewire_cli.values import context_option
-from stagewire_conformance.answers import Decoded, frame_answer, message_of, refusal
+from stagewire_conformance.answers import Decoded, frame_answer, refusal
 from stagewire_conformance.framings import EVENT_NAMES
 from stagewire_conformance.notation import spaced
 
@@ -44,8 +45,7 @@ class JsonLinesWriter(TextWriter):
 
     def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
         """Write the testee's answer."""
-        answer = {"id": self._count, "ok": True} | frame_answer(decoded)
-        self._print(answer | self._in_units(decoded))
+        self._print({"id": self._count, "ok": True} | self._answer(decoded))
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
         """Write the testee's refusal."""
@@ -53,10 +53,11 @@ class JsonLinesWriter(TextWriter):
 
     def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message of a stream."""
-        fields = self._fields.of(decoded.message) if isinstance(decoded, Frame) else None
-        if not isinstance(decoded, Frame) or fields is None or self.task.units is not None:
-            answer = self._place(offset) | {"event": kind} | frame_answer(decoded)
-            self._print(answer | self._in_units(decoded))
+        fields = None
+        if isinstance(decoded, Frame) and self.task.stage_values is None:
+            fields = self._fields.of(decoded.message)
+        if not isinstance(decoded, Frame) or fields is None:
+            self._print(self._place(offset) | {"event": kind} | self._answer(decoded))
             return
         layout = decoded.message.layout
         place = compact(self._place(offset)) if self.task.stamp else f'{{"offset":{offset}}}'
@@ -74,19 +75,16 @@ class JsonLinesWriter(TextWriter):
         else:
             self._print(self._place(offset) | {"event": kind, "hex": raw.hex()})
 
+    def _answer(self, decoded: Decoded) -> dict[str, object]:
+        """Return a decoded message, with its values in the units of the stage."""
+        answer = frame_answer(decoded)
+        units = self.task.in_units(answer)
+        return answer | ({ENGINEERING: units} if units else {})
+
     def _place(self, offset: int) -> dict[str, object]:
         """Return the position of an event: its offset in a stream, or its line, time and direction."""
         names = (column.name for column in self.task.places)
         return dict(zip(names, (offset, *self.task.stamp), strict=True))
-
-    def _in_units(self, decoded: Decoded) -> dict[str, object]:
-        """Return the values in engineering units, by field; empty without scales."""
-        if self.task.units is None:
-            return {}
-        found = self.task.units.of(message_of(decoded))
-        return {
-            "units": {name: {"value": value, "unit": unit} for name, (value, unit) in found.items()}
-        }
 
     def _print(self, answer: Mapping[str, object]) -> None:
         self.out.write(f"{compact(answer)}\n")
@@ -111,8 +109,7 @@ class TableWriter(TextWriter):
         self._name(name, raw)
         self._say(frame_title(self.task.protocol, answer))
         if answer["fields"] or answer.get("extra") or answer.get("data"):
-            units = self.task.units.of(message_of(decoded)) if self.task.units else {}
-            self._console.print(frame_table(self.task.protocol, answer, units))
+            self._console.print(frame_table(self.task.protocol, answer, self.task.stage_values))
         if answer["form"] == "data:undecided":
             options = [
                 " or ".join(context_option(key, value) for value in values)
@@ -130,12 +127,14 @@ class TableWriter(TextWriter):
 
     def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message in one line."""
-        if isinstance(decoded, Frame) and (fields := self._fields.of(decoded.message)) is not None:
+        fields = None
+        if isinstance(decoded, Frame) and self.task.stage_values is None:
+            fields = self._fields.of(decoded.message)
+        if isinstance(decoded, Frame) and fields is not None:
             line = event_line(decoded, fields)
         else:
-            line = frame_line(self.task.protocol, frame_answer(decoded))
-        if self.task.units and (found := self.task.units.of(message_of(decoded))):
-            line += f" ({', '.join(f'{name} {amount(*value)}' for name, value in found.items())})"
+            answer = frame_answer(decoded)
+            line = frame_line(self.task.protocol, answer, self.task.in_units(answer))
         self.out.write(f"{self._place(offset)}  {line}\n")
 
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:

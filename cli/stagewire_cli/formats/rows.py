@@ -13,7 +13,14 @@ from stagewire.framing import Event
 from stagewire.protocols import Frame
 from stagewire_cli.formats.sinks import Column, Sink
 from stagewire_cli.formats.task import Task, TypedRows
-from stagewire_cli.formats.writer import AS_JSON, EventWriter, FieldsText, Writer, compact
+from stagewire_cli.formats.writer import (
+    AS_JSON,
+    ENGINEERING,
+    EventWriter,
+    FieldsText,
+    Writer,
+    compact,
+)
 from stagewire_conformance.answers import Decoded, frame_answer, message_of
 
 _HELD: Final = 4 * 1024 * 1024
@@ -27,6 +34,7 @@ def general_columns(task: Task) -> list[Column]:
         *(Column(name, "string") for name in ("event", "message", "form")),
         *task.addresses,
         *(Column(name, "string") for name in ("fields", "extra", "data", "hex", "error")),
+        *(Column(ENGINEERING, "string") for _ in (task.stage_values,) if _),
     ]
 
 
@@ -66,6 +74,7 @@ class GeneralWriter(_RowWriter, EventWriter):
         self._held = 0
         self._fields = FieldsText(AS_JSON)
         # message, form, addresses, fields, extra, data
+        self._no_units = (None,) if task.stage_values else ()
         self._nothing = (None,) * (len(task.addresses) + 5)
 
     def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
@@ -82,11 +91,16 @@ class GeneralWriter(_RowWriter, EventWriter):
                 *self._nothing,
                 raw.hex(),
                 f"{error.code}: {error}",
+                *self._no_units,
             )
         )
 
     def message(self, offset: int, kind: str, decoded: Decoded) -> None:
         """Write a message."""
+        units: tuple[str | None, ...] = ()
+        if self.task.stage_values:
+            answer = frame_answer(decoded)
+            units = (compact(found) if (found := self.task.in_units(answer)) else None,)
         if isinstance(decoded, Frame) and (fields := self._fields.of(decoded.message)) is not None:
             form, shown = decoded.message.layout.form, f"{{{fields}}}"
             extra, data = decoded.extra.hex() or None, None
@@ -97,11 +111,13 @@ class GeneralWriter(_RowWriter, EventWriter):
         name = message_of(decoded).layout.message
         addressed = self.task.addressed(decoded)
         place = (offset, *self.task.stamp)
-        self._add((*place, kind, name, form, *addressed, shown, extra, data, None, None))
+        self._add((*place, kind, name, form, *addressed, shown, extra, data, None, None, *units))
 
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:
         """Write bytes."""
-        self._add((offset, *self.task.stamp, kind, *self._nothing, raw.hex(), None))
+        self._add(
+            (offset, *self.task.stamp, kind, *self._nothing, raw.hex(), None, *self._no_units)
+        )
         self._held += len(raw)
         if self._held > _HELD:
             self._write()

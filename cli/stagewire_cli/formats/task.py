@@ -24,14 +24,14 @@ from stagewire.protocols import (
     load_protocol,
 )
 from stagewire_cli.formats.sinks import Column
+from stagewire_cli.stage_values import StageValues, in_unit
 from stagewire_conformance.answers import Decoded, message_of
 from stagewire_conformance.framings import codec_of
 from stagewire_conformance.framings.base import Codec, Reader
 from stagewire_conformance.registry import Json, registry_of
 
 if TYPE_CHECKING:
-    from stagewire import columns
-    from stagewire_cli.formats.engineering import EngineeringUnits
+    from stagewire import Scale, columns
 
 _STRINGS: Final = {"text": "string", "bytes": "binary", "integers": "integers"}
 
@@ -99,7 +99,8 @@ class FrameRows(TypedRows):
         for number, following in frames.extra.items():
             extra[number] = following
         stamps = zip(*self._stamps, strict=True)
-        return [frames.offsets, *stamps, *frames.columns().values(), extra]
+        columns = frames.columns()
+        return [frames.offsets, *stamps, *columns.values(), extra, *_in_units(self._task, columns)]
 
     def clear(self) -> None:
         """Remove the frames."""
@@ -139,7 +140,9 @@ class MessageRows(TypedRows):
 
     def values(self) -> list[Sequence[Any]]:
         """Return the rows, column by column."""
-        return list(zip(*self._rows, strict=True))
+        columns = list(zip(*self._rows, strict=True))
+        named = {column.name: values for column, values in zip(self.columns, columns, strict=False)}
+        return [*columns, *_in_units(self._task, named)]
 
     def clear(self) -> None:
         """Remove the rows."""
@@ -154,7 +157,16 @@ def _columns(task: Task, fields: Iterable[Column]) -> list[Column]:
         replace(field, name=f"{field.name}_value") if field.name in taken else field
         for field in fields
     )
-    return [*before, *named, last]
+    units = (Column(name, "float64") for _, name, _ in task.columns_in_units())
+    return [*before, *named, last, *units]
+
+
+def _in_units(task: Task, columns: Mapping[str, Sequence[Any]]) -> list[Sequence[Any]]:
+    """Return the values of the selected message in the units of the stage, column by column."""
+    return [
+        [in_unit(scale, int(value)) for value in columns[name]]
+        for name, _, scale in task.columns_in_units()
+    ]
 
 
 def _type_of_column(field: columns.Field) -> str:
@@ -196,8 +208,8 @@ class Task(abc.ABC):
     stamp: Stamp | tuple[()] = ()
     """The stamp of the next bytes of a capture; empty for other inputs."""
 
-    units: EngineeringUnits | None = None
-    """The scales of the fields; None: only raw values are shown."""
+    stage_values: StageValues | None = None
+    """The stage whose units are shown; None without one."""
 
     def __init__(
         self, protocol: Protocol, request: Mapping[str, Any], only: type[Message] | None = None
@@ -235,6 +247,21 @@ class Task(abc.ABC):
 
     def _reads(self, end: End) -> Reader:
         return self.codec.reader({**self.request, "end": end.value})
+
+    def columns_in_units(self) -> list[tuple[str, str, Scale]]:
+        """Return the fields of the selected message in the units of the stage: field, column and scale."""
+        if self.stage_values is None or self.only is None:
+            return []
+        layout = self.only.layout
+        fields = registry_of(self.protocol).fields(layout.message, layout.form)
+        return list(self.stage_values.columns(fields))
+
+    def in_units(self, answer: Json) -> dict[str, float]:
+        """Return the fields of an answer in the units of the stage; empty without a stage."""
+        if self.stage_values is None:
+            return {}
+        fields = registry_of(self.protocol).fields(answer["message"], answer["form"])
+        return self.stage_values.values(fields, answer["fields"])
 
     def wants(self, decoded: Decoded) -> bool:
         """Return whether a message is selected."""

@@ -124,6 +124,9 @@ class TextWriter(EventWriter):
         """Do nothing, because no lines are buffered."""
 
 
+ENGINEERING = "engineering"
+"""The key of values in the units of a stage."""
+
 AS_JSON = ('"%s":%%d', ",")
 AS_WORDS = ("%s=%%d", " ")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -219,7 +220,11 @@ def declare(what: str | Pics) -> Declaration:
     known = known_units()
     protocol = known.get(pics.unit)
     if protocol is None:
-        raise StagewireError(f"unknown unit {pics.unit} (choose one of {', '.join(sorted(known))})")
+        close = difflib.get_close_matches(pics.unit[:40], known)
+        hint = (
+            f"did you mean {' or '.join(close)}?" if close else f"choose {', '.join(sorted(known))}"
+        )
+        raise StagewireError(f"unknown unit {pics.unit}; {hint}")
     facts = facts_of(protocol)
     unit = rack_of(facts, pics) if pics.unit == RACK else facts.units[pics.unit]
     return Declaration(protocol, facts, unit, pics, places_of(facts, unit, pics))

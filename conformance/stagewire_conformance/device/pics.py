@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from stagewire import Stage
 from stagewire_conformance.device.permissions import Range
 
 
@@ -16,7 +17,8 @@ class ChannelPics:
     :param number: of the channel, counted from 1; always 1 for an axis.
     :param bay: counted from 1; None outside a rack.
     :param axis: its name, such as ``X``.
-    :param stage: the name of a stage in the registry; empty for any other stage.
+    :param stage: the name of a stage in the registry, or of the user; empty for any other stage.
+    :param own: the stage of the user with this name; None for a stage in the registry.
     :param counts_per_mm: of a stage that is not in the registry; None if unknown.
     :param travel: of the stage; None if unknown.
     :param homes: whether the stage can home.
@@ -27,6 +29,7 @@ class ChannelPics:
     bay: int | None = None
     axis: str | None = None
     stage: str = ""
+    own: Stage | None = None
     counts_per_mm: Fraction | None = None
     travel: Range | None = None
     homes: bool = True

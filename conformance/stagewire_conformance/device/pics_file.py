@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
 from stagewire.devices import Unit
 from stagewire.errors import UnknownScaleError
 from stagewire.protocols import CommandProtocol, Protocol
-from stagewire.quantities import find_stages
+from stagewire.quantities import Stage, find_stages
 from stagewire_conformance.device.declaration import (
     axes_of,
     facts_of,
@@ -54,11 +55,18 @@ class ChannelsReader:
     :param top: the table of the whole PICS.
     :param unit: the controller; None for a rack of modules.
     :param bays: the occupied bays; None if all are occupied, or if the unit has no bays.
+    :param own: the stages of the user, by name.
     """
 
     def __init__(
-        self, top: Table, protocol: Protocol, unit: Unit | None, bays: Sequence[BayPics] | None
+        self,
+        top: Table,
+        protocol: Protocol,
+        unit: Unit | None,
+        bays: Sequence[BayPics] | None,
+        own: Mapping[str, Stage],
     ) -> None:
+        self._own = {name.upper(): stage for name, stage in own.items()}
         self._top = top
         self._protocol = protocol
         self._unit = unit
@@ -81,11 +89,13 @@ class ChannelsReader:
         bay, axis = self._bay_of(table), self._axis_of(table)
         unit = self._unit_in(bay)
         number = self._number_of(table, unit)
+        stage = table.take("stage", partial(self._stage, unit), "")
         stated = ChannelPics(
             number=number or 1,
             bay=bay,
             axis=axis,
-            stage=table.take("stage", partial(self._stage, unit), ""),
+            stage=stage,
+            own=self._own.get(stage.upper()),
             counts_per_mm=table.take("counts_per_mm", factor, None),
             travel=table.take("travel", span, None),
             homes=table.take("homes", flag, True),
@@ -138,11 +148,15 @@ class ChannelsReader:
     def _stage(self, unit: Unit | None, value: Any) -> str:
         if self._is_of_commands:
             return text(value)  # refused later, with the other stage keys
+        own = self._own.get(text(value).upper())
+        if own is not None:
+            return own.name
         found = find_stages(self._protocol.package, text(value))
         if len(found) == 1:
             value = found[0].name  # it may be a name in the catalogue
         known = [entry["name"] for entry in self._protocol.registry()["stages"]]
-        return one_of("stage", known if unit is None else unit.stages or known, value)
+        usable = known if unit is None else unit.stages or known
+        return one_of("stage", [*usable, *(stage.name for stage in self._own.values())], value)
 
     def _check_stage(self, table: Table, unit: Unit, stated: ChannelPics) -> None:
         """Note invalid declarations of the stage on a channel."""
@@ -157,7 +171,7 @@ class ChannelsReader:
         if len(scaled) > 1:
             table.wrong(scaled, "give only one of them")
             return
-        if stated.stage and stated.stage not in unit.stages:
+        if stated.stage and stated.own is None and stated.stage not in unit.stages:
             table.wrong("stage", f"the scales of {stated.stage} on {unit.name} are not known")
             return
         try:
@@ -186,8 +200,9 @@ _VERSION: Final = 1
 class PicsReader:
     """Reads one PICS. Problems are noted in its table."""
 
-    def __init__(self, top: Table, digest: str) -> None:
+    def __init__(self, top: Table, digest: str, own: Mapping[str, Stage]) -> None:
         self._top = top
+        self._own = own
         self._digest = digest
         self._known = known_units()
 
@@ -209,7 +224,7 @@ class PicsReader:
         if protocol and protocol != self._protocol.name:
             top.wrong("protocol", f"{name} uses {self._protocol.name}, not {protocol}")
         bays = self._bays()
-        channels = ChannelsReader(top, self._protocol, self._unit, bays).read()
+        channels = ChannelsReader(top, self._protocol, self._unit, bays, self._own).read()
         listed = self._messages(unit for unit in self._units(bays) if unit)
         pics = Pics(
             unit=name,
@@ -338,8 +353,10 @@ class PicsReader:
         return frozenset[str]().union(*(unit.messages for unit in units))
 
 
-def read_pics(path: str | Path) -> Pics:
+def read_pics(path: str | Path, own: Mapping[str, Stage] = MappingProxyType({})) -> Pics:
     """Read a PICS from a TOML file.
+
+    :param own: the stages of the user that it may name, by name.
 
     Raises :class:`.PicsError` with all problems.
     """
@@ -347,13 +364,18 @@ def read_pics(path: str | Path) -> Pics:
         contents = Path(path).read_bytes()
     except OSError as error:
         raise PicsError([f"{path}: cannot read the file: {error.strerror or error}"]) from error
-    return parse_pics(contents, str(path))
+    return parse_pics(contents, str(path), own)
 
 
-def parse_pics(contents: bytes, source: str = "pics.toml") -> Pics:
+def parse_pics(
+    contents: bytes,
+    source: str = "pics.toml",
+    own: Mapping[str, Stage] = MappingProxyType({}),
+) -> Pics:
     """Read a PICS from the contents of its file.
 
     :param source: the name of the file; begins each problem.
+    :param own: the stages of the user that it may name, by name.
 
     Raises :class:`.PicsError` with all problems.
     """
@@ -364,7 +386,9 @@ def parse_pics(contents: bytes, source: str = "pics.toml") -> Pics:
     except ValueError as error:  # of TOML or of UTF-8
         raise PicsError([f"{source}: not a TOML file: {error}"]) from error
     problems: list[str] = []
-    pics = PicsReader(Table(values, source, problems), hashlib.sha256(contents).hexdigest()).read()
+    pics = PicsReader(
+        Table(values, source, problems), hashlib.sha256(contents).hexdigest(), own
+    ).read()
     if problems or pics is None:
         raise PicsError(problems)
     return pics

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import difflib
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
+from stagewire import Stage
 from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks import kinds_of
 from stagewire_conformance.device.declaration import Declaration, declare
@@ -132,12 +134,14 @@ class Plan:
         only: str | Sequence[str] = (),
         seed: int = 1,
         kinds: Sequence[Kind] | None = None,
+        own_stages: Mapping[str, Stage] = MappingProxyType({}),
     ) -> Plan:
         """Plan a run against a unit, or against the controller that a PICS declares.
 
         :param unit: the name of the unit; None if there is a PICS.
         :param only: see :func:`plan`.
         :param kinds: see :func:`plan`.
+        :param own_stages: the stages of the user that the PICS may name, by name.
 
         Raises :class:`.DeclarationError` if there is neither a unit nor a PICS, or if they contradict each
         other; :class:`.PicsError` for an invalid PICS; :class:`.NothingToRunError` if an entry of ``only``
@@ -154,7 +158,7 @@ class Plan:
                 f"stagewire conformance pics --from URL --unit {RACK} --out pics.toml, and use it with "
                 "--pics pics.toml"
             )
-        declared = declare(read_pics(pics) if pics is not None else str(unit))
+        declared = declare(read_pics(pics, own_stages) if pics is not None else str(unit))
         checks = plan(declared, allowed, only=only, kinds=kinds)
         if pics is not None and unit is not None and unit.upper() != declared.unit.name:
             raise DeclarationError(

@@ -105,7 +105,9 @@ def attachment_of(
     """
     stage: Stage | None = None
     name = stated.stage or ("" if stated.counts_per_mm else unit.built_in)
-    if name:
+    if stated.own is not None:
+        stage = stated.own
+    elif name:
         stage = getattr(import_module(f"{facts.package}.stages"), name)
     elif stated.counts_per_mm is not None:
         stage = Stage.of_user("stage of the PICS", position=Scale(stated.counts_per_mm, "mm"))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, TypedDict
 
 from stagewire._devices.limits import Ceiling
-from stagewire._devices.scales import ByStage, Scales, settings_of
+from stagewire._devices.scales import ByStage, settings_of
 from stagewire._devices.stated_limits import (
     TOLERANCES,
     by_name,
@@ -30,7 +30,6 @@ from stagewire.quantities import (
     find_stages,
     stages_of,
 )
-from stagewire.stage_files import stage_in_file
 
 __all__ = ["SETTINGS", "Choices", "Length", "OpenOptions", "check_guest", "choose"]
 
@@ -206,40 +205,8 @@ def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
         )
 
 
-def scales_on(
-    device: Any,
-    stage: Stage | str | None,
-    *,
-    scale_source: str | None = None,
-    model: str | None = None,
-) -> Scales:
-    """Return the scales of a stage on a controller, without opening it.
-
-    :param device: class of the controller, such as ``TDC001``.
-    :param stage: stage as in ``open``; None: the stage that is built into the unit, if any.
-    :param scale_source: source of scales, as in ``open``.
-    :param model: name of a controller that is newer than the document, as in ``open``.
-
-    Raise :class:`~stagewire.errors.BadValueError`, and :class:`~stagewire.errors.UnknownScaleError` for a
-    stage that is not known on this unit.
-    """
-    facts, unit = device.facts, device.unit
-    chosen = stage or unit.built_in
-    found = _stage(facts, unit, chosen) if chosen else None
-    return Scales(
-        unit.name,
-        facts.quantities,
-        stage=found,
-        stages=unit.stages,
-        names=(model or unit.name,),
-        source_of_scales=_scale_source([found] if found else [], scale_source),
-    )
-
-
 def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:
-    if isinstance(stage, str) and (own := stage_in_file(stage)) is not None:
-        stage = own
-    elif isinstance(stage, str):
+    if isinstance(stage, str):
         found = find_stages(facts.package, stage)
         if not found:
             known = ", ".join(unit.stages) or "none"

@@ -44,7 +44,7 @@ class Diagnosis:
     :param verdict: severity.
     :param about: subject, such as a port or a URL.
     :param text: finding.
-    :param advice: what to do, or for a controller that answers, how to open it; may be empty.
+    :param advice: what to do; empty if nothing needs to be done.
     """
 
     verdict: Verdict
@@ -140,16 +140,22 @@ def _heard(found: Found) -> Diagnosis:
             f"answers: {told}",
             "stagewire has no class for it; use sessions and messages, or the software of the vendor",
         )
-    return Diagnosis(Verdict.FINE, found.url, f"answers: {told}", _import(found.url, *found.known))
+    return Diagnosis(Verdict.FINE, found.url, f"answers: {told}", _next_step(found))
 
 
-def _import(url: str, *possible: Known) -> str:
-    """Return the lines of Python that open the controller; empty if its unit is uncertain."""
-    names = {(known.protocol.package, known.unit) for known in possible if known.unit}
-    if len(names) != 1:
+def _next_step(found: Found) -> str:
+    """Return how to use a controller: the class to import, and a command; empty if the unit is unknown."""
+    unit = found.unit or next((known.unit for known in found.known if known.unit), None)
+    if unit is None:
         return ""
-    package, name = names.pop()
-    return f"in Python: from {package} import {name}; {name.lower()} = {name}.open({url!r})"
+    return _use(known_by_name(unit), found.url, f" --unit {unit}" if found.unit is None else "")
+
+
+def _use(known: Known, url: str, options: str = "") -> str:
+    """Return how to use a unit at a URL."""
+    quoted = f'"{url}"' if set(url) & set("?*&#") else url
+    package, name = known.protocol.package, known.unit
+    return f"from {package} import {name}; next: stagewire monitor {quoted}{options}"
 
 
 def _unasked_units() -> str:
@@ -193,8 +199,14 @@ def _commands(url: str, known: Known) -> list[Diagnosis]:
         except StagewireError:  # no reply, or an invalid one
             continue
         at = "" if rate is None else f" at {rate} baud: open it with baudrate={rate}"
-        text = f"answers: {known.name}, axis {said}{at}"
-        return [Diagnosis(Verdict.FINE, url, text, _import(url, known))]
+        return [
+            Diagnosis(
+                Verdict.FINE,
+                url,
+                f"answers: {known.name}, axis {said}{at}",
+                _use(known, url, f" --unit {known.name}"),
+            )
+        ]
     tried = ", ".join(map(str, rates))
     return [
         Diagnosis(
@@ -263,7 +275,7 @@ def _port(found: Found) -> Diagnosis:
             f"{found.what}; permission denied for this user",
             permission_advice(found.url),
         )
-    return Diagnosis(Verdict.FINE, found.url, found.what)
+    return Diagnosis(Verdict.FINE, found.url, found.what, _next_step(found))
 
 
 def _may_open(device: str) -> bool:

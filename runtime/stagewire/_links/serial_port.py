@@ -23,6 +23,7 @@ from stagewire._links.tcp import connect_refusal, unknown_host
 from stagewire.errors import LinkOpenError
 
 PortFacts: TypeAlias = Any  # pyserial's ListPortInfo: device, vid, pid, serial_number, description
+_DIGITS = 8  # of a serial number, at least
 
 
 def ports_there_are() -> list[PortFacts]:
@@ -53,10 +54,8 @@ def refusal(url: str, error: Exception, settings: LinkSettings) -> LinkOpenError
     if "://" in url:
         return _refusal_of_url(url, error, settings)
     number = _number_of(error)
-    if number in _ABSENT and url.isascii() and url.isdigit():
-        why = f"it is a number, not a port; for a serial number, write usb://{url}"
-    elif number in _ABSENT:
-        why = f"no such port{_those_there_are()}"
+    if number in _ABSENT:
+        why = f"no such port{_those_there_are()}{_as_number(url)}"
     elif number in _FORBIDDEN:
         why = f"no permission. {permission_advice(url)}"
     elif number in _BUSY:
@@ -71,6 +70,13 @@ def refusal(url: str, error: Exception, settings: LinkSettings) -> LinkOpenError
     else:
         why = f"the system says: {error}"
     return LinkOpenError(f"{url} cannot be opened: {why}")
+
+
+def _as_number(name: str) -> str:
+    """Return the hint for a serial number in place of a port; empty for any other name."""
+    if not (name.isascii() and name.isdigit() and len(name) >= _DIGITS):
+        return ""
+    return f". If {name} is a serial number, open usb://{name}"
 
 
 def permission_advice(name: str) -> str:

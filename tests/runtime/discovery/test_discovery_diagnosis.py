@@ -79,7 +79,10 @@ def test_a_controller_with_permission_is_fine(
     show(monkeypatch, linux(str(device), "83828433"))
     [told] = diagnose_computer()
     assert told == Diagnosis(
-        Verdict.FINE, str(device), "TDC001: One-channel T-Cube DC servo driver"
+        Verdict.FINE,
+        str(device),
+        "TDC001: One-channel T-Cube DC servo driver",
+        f"from stagewire_apt import TDC001; next: stagewire monitor {device}",
     )
 
 

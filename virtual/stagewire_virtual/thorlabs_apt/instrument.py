@@ -278,7 +278,7 @@ class AptInstrument(Instrument):
         return self._channel(f"{where}channel {ident}")
 
     def user_io(self, bay: int | None = None) -> UserIo:
-        """Return the digital inputs and outputs of a bay, counted from 1, or of the unit or motherboard.
+        """Return the digital inputs and outputs in a bay, from 1; without it, of the unit or motherboard.
 
         Raises :class:`~stagewire_virtual.errors.UnknownPartError` for an empty or unknown bay.
         """

@@ -114,9 +114,8 @@ class _Opened(DeviceBase, Part, AsyncClosing):
             line, closing this one leaves it open.
         :param bay: bay of a module in its rack, counted from 1, which is also the default: bay 1 is 0x21
         :param stage: stage on every channel: a :class:`Stage`, or its name in the registry or in the
-            catalogue of the vendor (``MTS25/M-Z8``), or your own in a file (``lab.toml:slide``, see
-            :mod:`stagewire.stage_files`). The default is the stage that is built into the unit or that the
-            controller reports. It determines the scales; without it only raw counts can be used.
+            catalogue of the vendor (``MTS25/M-Z8``). The default is the stage that is built into the unit or
+            that the controller reports. It determines the scales; without it only raw counts can be used.
         :param scale_source: source whose figures are used where the sources for the scales of a stage
             contradict each other, such as ``document`` or ``vendor``. Without it such scales are unknown.
         :param stages: stages by channel number, bay number or name of the axis, if they differ
