@@ -26,11 +26,12 @@ def html_of_part(
     serial = (
         None if connection.info is None else getattr(connection.info.message, "serial_number", None)
     )
-    rows = [("unit", name), ("serial number", "not asked" if serial is None else str(serial))]
+    rows = [("unit", name), ("serial number", "unknown" if serial is None else str(serial))]
     rows.append(("port", connection.url))
-    for place, channel in connection.places.items():
-        if only in (place, None):
-            rows.append((f"stage, {_channel(channel)}", connection.stages.described(place)))
+    shown = [one for one in connection.places.items() if only in (one[0], None)]
+    for place, part in shown:
+        title_of_stage = "stage" if len(shown) == 1 else f"stage {_part(part)}"
+        rows.append((title_of_stage, connection.stages.described(place)))
     known = [values for place, values in connection.latest() if only in (place, None)]
     parts = [table(title, rows)]
     parts += [
@@ -39,13 +40,19 @@ def html_of_part(
     parts.append(
         f"<details><summary>limits and scales</summary><pre>{escape(chr(10).join(lines))}</pre></details>"
     )
-    read = "the values above were" if known else "no values were read yet; values are"
-    parts.append(f"<p>Displaying this sends nothing: {read} read by <code>get_…()</code>.</p>")
+    state = (
+        "these values were received last"
+        if known
+        else "no values were received since it was opened"
+    )
+    parts.append(
+        f"<p>Displaying this sends nothing: {state}. <code>get_…()</code> reads new ones.</p>"
+    )
     return f"<div>{''.join(parts)}</div>"
 
 
-def _channel(name: object) -> str:
-    return f"{name[0]} channel {name[1]}" if isinstance(name, tuple) else f"channel {name}"
+def _part(name: object) -> str:
+    return f"{name[0]} channel {name[1]}" if isinstance(name, tuple) else str(name)
 
 
 def _summary(values: Values[Any]) -> str:

@@ -173,7 +173,7 @@ def test_text_and_html_of_a_device_send_nothing(side: Side) -> None:
     async def scenario(bench: Any) -> None:
         async with bench.open("TDC001", identify=False) as device:
             sent = far.raw
-            assert "no values were read yet" in device._repr_html_()
+            assert "no values were received" in device._repr_html_()
             assert repr(device)
             assert str(device)
             await bench.sleep(0.05)
