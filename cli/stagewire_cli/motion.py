@@ -16,6 +16,7 @@ from stagewire_cli.devices import (
     travel_options,
 )
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.recordings import CsvFile, Overwrite, PlotFile, RecordFiles
 
 MOVE_EXAMPLE = """\b
 Examples:
@@ -23,6 +24,7 @@ Examples:
   stagewire move COM3 --stage PRM1-Z8 --to 30deg
   stagewire move COM3 --counts --by -2000
   stagewire move COM4 --unit MFF101 --to 2
+  stagewire move COM3 --stage Z8 --by 0.1 --csv step.csv --plot step.png
   stagewire move socket://10.0.0.5:4001 --unit BBD102 --stage MLS203 --bay 2 --to 10 --yes
 """
 HOME_EXAMPLE = """\b
@@ -94,11 +96,15 @@ def move(
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    overwrite: Overwrite = False,
     yes: Yes = False,
 ) -> None:
     """Move one axis, and wait for the end of the motion.
 
-    Prints the unit, its position and the target, and asks for confirmation. Ctrl-C stops the motion.
+    Prints the unit, its position and the target, and asks for confirmation. Ctrl-C stops the motion. The
+    files of --csv and --plot are complete however the motion ends.
     """
     from stagewire_cli.motion_session import PartAddress, run_move
     from stagewire_cli.target import Target
@@ -109,16 +115,22 @@ def move(
     target = Target.parse(number, relative=by is not None, counts=counts)
     where = PartAddress(url, unit, bay, channel, axis)
     options = {"stage": stage, "scale_source": scale_source, **travel_options(travel)}
-    run_move(where, target, options, timeout=timeout, yes=yes)
+    files = RecordFiles(csv, plot, overwrite)
+    run_move(where, target, options, timeout=timeout, yes=yes, files=files)
 
 
 def home(
     url: LinkUrl,
     unit: Unit = None,
+    stage: Stage = None,
+    scale_source: ScaleSource = None,
     bay: Bay = None,
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    overwrite: Overwrite = False,
     yes: Yes = False,
 ) -> None:
     """Home one axis, and wait for the end of the motion.
@@ -128,7 +140,10 @@ def home(
     """
     from stagewire_cli.motion_session import PartAddress, run_home
 
-    run_home(PartAddress(url, unit, bay, channel, axis), timeout=timeout, yes=yes)
+    files = RecordFiles(csv, plot, overwrite)
+    where = PartAddress(url, unit, bay, channel, axis)
+    options = {"stage": stage, "scale_source": scale_source}
+    run_home(where, options, timeout=timeout, yes=yes, files=files)
 
 
 def jog(
@@ -147,6 +162,9 @@ def jog(
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    overwrite: Overwrite = False,
     yes: Yes = False,
 ) -> None:
     """Jog one axis by the step stored in its controller.
@@ -158,7 +176,8 @@ def jog(
 
     where = PartAddress(url, unit, bay, channel, axis)
     options = {"stage": stage, "scale_source": scale_source, **travel_options(travel)}
-    run_jog(where, direction, options, timeout=timeout, yes=yes)
+    files = RecordFiles(csv, plot, overwrite)
+    run_jog(where, direction, options, timeout=timeout, yes=yes, files=files)
 
 
 def stop(
@@ -174,6 +193,9 @@ def stop(
     travel: Annotated[str | None, typer.Option("--travel", hidden=True)] = None,
     timeout: Annotated[str | None, typer.Option("--timeout", hidden=True)] = None,
     counts: Annotated[bool, typer.Option("--counts", hidden=True)] = False,
+    csv: Annotated[str | None, typer.Option("--csv", hidden=True)] = None,
+    plot: Annotated[str | None, typer.Option("--plot", hidden=True)] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", hidden=True)] = False,
     yes: Annotated[bool, typer.Option("--yes", hidden=True)] = False,
 ) -> None:
     """Stop all axes, or one bay, channel or axis, without asking.

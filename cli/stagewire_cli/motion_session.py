@@ -27,6 +27,7 @@ from stagewire_cli.devices import (
     title_of,
 )
 from stagewire_cli.errors import INTERRUPTED, WRONG, CalledWronglyError
+from stagewire_cli.recordings import RecordFiles, recorded
 from stagewire_cli.status import Value, numbers_of, status_of
 from stagewire_cli.target import Target
 
@@ -103,14 +104,16 @@ def run_move(
     *,
     timeout: float,
     yes: bool,
+    files: RecordFiles,
 ) -> None:
     """Move one part, after a confirmation.
 
     :param options: options of its class; None means not given.
+    :param files: files to record the motion to.
     """
     with _opened_part(where, yes, timeout, **options) as (device, name, part):
         if hasattr(part, "move_to"):
-            run_positions_move(device, part, target, timeout, yes=yes)
+            run_positions_move(device, part, target, timeout, yes=yes, files=files)
             return
         start = _call(device, part, f"start_move_{'relative' if target.relative else 'absolute'}")
         given = target.given(start, part, device.unit.name)
@@ -119,11 +122,27 @@ def run_move(
         def there() -> bool:
             return target.is_met_by(status_of(part))
 
-        _act(device, name, part, saying, lambda: start(**given), timeout, yes, there)
+        goal = _goal(target, given, part)
+        _act(
+            device, name, part, saying, lambda: start(**given), timeout, yes, files, there, goal
+        )  # fmt: skip
+
+
+def _goal(target: Target, given: Mapping[str, Any], part: Any) -> Value | None:
+    """Return where a move is to end; None if the position is unknown."""
+    [(unit, value)] = given.items()
+    goal = Value(float(value), "" if unit == "counts" else unit)
+    if not target.relative:
+        return goal
+    values = status_of(part)
+    here = None if values is None else numbers_of(values).get("position")
+    if here is None or here.unit != goal.unit:
+        return None
+    return Value(here.number + goal.number, goal.unit)
 
 
 def run_positions_move(
-    device: Any, part: Any, target: Target, timeout: float, *, yes: bool
+    device: Any, part: Any, target: Target, timeout: float, *, yes: bool, files: RecordFiles
 ) -> None:
     """Move a unit with a few positions, such as a flipper, to one of them; it cannot be stopped."""
     if target.relative or target.value.denominator != 1 or _GIVEN_UNIT.search(target.text):
@@ -132,7 +151,7 @@ def run_positions_move(
     confirm(title_of(device), f"will move from {_place(part.position)} to position {position}", yes)
     begun = device.session.now()
     try:
-        with called_wrongly():
+        with called_wrongly(), recorded(part, title_of(device), files):
             part.move_to(position, timeout=timeout)
     except KeyboardInterrupt:
         typer.echo(
@@ -147,12 +166,19 @@ def _place(position: int | None) -> str:
     return "an unknown position" if position is None else f"position {position}"
 
 
-def run_home(where: PartAddress, *, timeout: float, yes: bool) -> None:
-    """Home one part, after a confirmation."""
-    with _opened_part(where, yes, timeout) as (device, name, part):
+def run_home(
+    where: PartAddress,
+    options: Mapping[str, Any],
+    *,
+    timeout: float,
+    yes: bool,
+    files: RecordFiles,
+) -> None:
+    """Home one part, after a confirmation; the options are as for :func:`run_move`."""
+    with _opened_part(where, yes, timeout, **options) as (device, name, part):
         start = _call(device, part, "start_home")
         saying = f"will home from {_position(part)} with the settings of the controller"
-        _act(device, name, part, saying, start, timeout, yes)
+        _act(device, name, part, saying, start, timeout, yes, files)
 
 
 def run_jog(
@@ -162,6 +188,7 @@ def run_jog(
     *,
     timeout: float,
     yes: bool,
+    files: RecordFiles,
 ) -> None:
     """Jog one part, after a confirmation; the options are as for :func:`run_move`."""
     with _opened_part(where, yes, timeout, **options) as (device, name, part):
@@ -172,7 +199,7 @@ def run_jog(
         saying = (
             f"will jog {direction} from {_position(part)} by the stored step of {step} ({mode})"
         )
-        _act(device, name, part, saying, lambda: start(direction), timeout, yes)
+        _act(device, name, part, saying, lambda: start(direction), timeout, yes, files)
 
 
 def run_stop(where: PartAddress) -> None:
@@ -251,11 +278,15 @@ def _act(
     start: Callable[[], Any],
     timeout: float,
     yes: bool,
+    files: RecordFiles,
     there: Callable[[], bool] = lambda: True,
+    goal: Value | None = None,
 ) -> None:
     """Announce a motion, ask, start it, and wait for its end; Ctrl-C stops it.
 
+    :param files: files to record the motion to; they are complete however it ends.
     :param there: returns whether the part is at its target, so that no motion is necessary.
+    :param goal: where the motion is to end; None: unknown.
     """
     title = ", ".join(filter(None, (title_of(device), name)))
     if _moves(part):
@@ -264,6 +295,18 @@ def _act(
         )
         raise typer.Exit(WRONG)
     confirm(title, saying, yes)
+    with recorded(part, f"{title}: {saying.removeprefix('will ')}", files, goal):
+        _carry_out(device, part, start, timeout, there)
+
+
+def _carry_out(
+    device: Any,
+    part: Any,
+    start: Callable[[], Any],
+    timeout: float,
+    there: Callable[[], bool],
+) -> None:
+    """Start a motion that was confirmed, and wait for its end; the parameters are those of :func:`_act`."""
     before, missed, end = _position(part), "", None
     try:
         with called_wrongly():

@@ -64,7 +64,7 @@ class AsyncWorker:
         self._woken.clear()
 
     async def call(self, function: Callable[[], object]) -> None:
-        """Call a function that may block, in a thread, so that the loop goes on."""
+        """Call a function that may block, in a thread, so that the loop continues."""
         await asyncio.to_thread(function)
 
     async def join(self, seconds: float) -> bool:

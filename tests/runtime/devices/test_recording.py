@@ -1,4 +1,4 @@
-"""``record``: every status becomes a row of a file, while other calls go on."""
+"""``record``: every status becomes a row of a file, while other calls continue."""
 
 from __future__ import annotations
 
@@ -142,6 +142,25 @@ def test_an_axis_is_polled(file: Path) -> None:
     assert "part" not in recording.columns
     assert float(rows_of(file)[0]["position_um"]) == 0
     assert recording.rows > 2
+
+
+def test_axes_that_do_not_answer_are_left_out(file: Path) -> None:
+    with MS2000.open("virtual://MS2000", timeout=0.02) as ms2000, ms2000.low_level():
+        with ms2000.record(file, poll=0.01) as recording:
+            while recording.rows < 30:
+                assert recording.error is None
+    assert {row["part"] for row in rows_of(file)} == {"axis X", "axis Y", "axis Z"}
+
+
+def test_a_controller_that_does_not_answer_is_reported(file: Path) -> None:
+    link = RecordingLink(virtual.MFF101())
+    with MFF101.open(link, timeout=0.05) as flipper:
+        link.twist = lambda data: b""
+        with pytest.raises(RecordingError, match=r"ends after 0 rows: .*no reply"):
+            with flipper.record(file, poll=0.01):
+                while len(link.sent) < 5:
+                    pass
+        link.twist = bytes
 
 
 def test_a_function_receives_each_row(link: RecordingLink) -> None:

@@ -1,4 +1,4 @@
-"""Records the statuses of parts of a device, while other calls go on."""
+"""Records the statuses of parts of a device, while other calls continue."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
 
-from stagewire._devices.asynchronous.calls import look, tell
+from stagewire._codec.message import Message
+from stagewire._devices.asynchronous.calls import look, replies_of, tell
 from stagewire._devices.asynchronous.transport import Endpoint, FramedTransport
 from stagewire._devices.event_filter import EventFilter
 from stagewire._devices.row_files import RowFile, check_path, create
 from stagewire._devices.rows import Row, Rows
+from stagewire._devices.tables import ParameterSet, Query
 from stagewire._devices.values import Values
 from stagewire._devices.workers import AsyncWorker
 from stagewire._sessions.subscriptions import AsyncSubscription
@@ -80,7 +82,8 @@ class Recorder:
         self._started: list[Endpoint] = []
         self._waiting: list[Row] = []
         self._over = False
-        self._silent: ReplyTimeoutError | None = None
+        self._answered: set[str] = set()
+        self._silent: dict[str, ReplyTimeoutError] = {}  # the last request, by part
         self._error: Exception | None = None
 
     def __repr__(self) -> str:
@@ -96,21 +99,23 @@ class Recorder:
         """The number of statuses that were lost because they were not written in time."""
         return sum(one.dropped for one in self._subscriptions.values())
 
+    @property
+    def error(self) -> Exception | None:
+        """What has ended the recording early; it is raised at the end of the block."""
+        return self._error
+
     # Begin and end
 
     async def __aenter__(self) -> Self:
         if self._path is not None:
             check_path(self._path, overwrite=self._overwrite)
         first = next(iter(self._parts.values()))
-        self._begin = first.now()
-        found: list[tuple[str, Values[Any]]] = []
-        if self._updates is None:
-            found = await self._first_poll()
-            self._begin = first.now()  # parts that do not answer take time
-            kinds = {type(status.message): type(status) for _, status in found}
+        values = first.connection.facts.all_values()
+        if self._updates is not None:
+            messages: tuple[type[Message], ...] = self._updates.messages
         else:
-            values = first.connection.facts.all_values()
-            kinds = {cls: values[cls] for cls in self._updates.messages if cls in values}
+            messages = replies_of(_query(first))
+        kinds = {cls: values[cls] for cls in messages if cls in values}
         channels = {first.connection.channel_field(cls) for cls in kinds}
         self._rows = Rows(
             first.connection.unit,
@@ -120,9 +125,8 @@ class Recorder:
         )
         if self._path is not None:
             self._file = create(self._path, self._rows.columns, overwrite=self._overwrite)
+        self._begin = first.now()
         try:
-            for name, status in found:
-                self._add(name, status)
             if self._updates is not None:
                 self._subscribe(tuple(kinds.values()))
                 await self._start()
@@ -175,7 +179,9 @@ class Recorder:
             await self._worker.call(partial(self._write, last=True))
         except Exception as error:
             self._error = self._error or error
-        self._error = self._error or self._silent
+        for name, silent in self._silent.items():
+            if name in self._answered or not self._answered:
+                self._error = self._error or silent
 
     def _close(self) -> None:
         """Close the file of a recording that did not begin; an empty one is left."""
@@ -189,13 +195,12 @@ class Recorder:
         written = time.monotonic()
         try:
             while not self._over:
-                left = written + _FLUSH - time.monotonic()
-                await self._worker.wait(self._poll if self._updates is None else max(left, 0.01))
-                if self._over:
-                    return
                 if self._updates is None:
                     await self._poll_all()
+                    await self._worker.wait(self._poll)
                 else:
+                    left = written + _FLUSH - time.monotonic()
+                    await self._worker.wait(max(left, 0.01))
                     self._collect()
                 if time.monotonic() - written >= _FLUSH:
                     written = time.monotonic()
@@ -284,33 +289,29 @@ class Recorder:
 
     # Statuses that are requested
 
-    async def _first_poll(self) -> list[tuple[str, Values[Any]]]:
-        """Request the status of each part; those of several that do not answer are left out."""
-        found, silent = [], None
-        for name, part in tuple(self._parts.items()):
-            try:
-                found.append((name, await self._ask(part)))
-            except ReplyTimeoutError as error:
-                silent = error
-                del self._parts[name]
-        if not found and silent is not None:
-            raise silent
-        return found
-
     async def _poll_all(self) -> None:
-        for name, part in self._parts.items():
+        """Add a row for each part; of several, those that do not answer are left out, one in each round."""
+        for name, part in tuple(self._parts.items()):
+            if self._over:
+                return
             try:
-                self._add(name, await self._ask(part))
+                status = await look(part, _query(part), part.seconds(None))
             except ReplyTimeoutError as error:  # one lost reply is one row less
-                self._silent = error
+                if self._answered and name not in self._answered:
+                    del self._parts[name]
+                    return
+                self._silent[name] = error
             else:
-                self._silent = None
+                self._add(name, status)
+                self._answered.add(name)
+                self._silent.pop(name, None)
 
-    async def _ask(self, part: Endpoint) -> Values[Any]:
-        unit = part.connection.unit
-        if unit.status_query is None:
-            raise UnsupportedError(f"a {unit.name} has no status that can be recorded")
-        return await look(part, unit.status_query, part.seconds(None))
+
+def _query(part: Endpoint) -> ParameterSet[Any] | Query[Any]:
+    unit = part.connection.unit
+    if unit.status_query is None:
+        raise UnsupportedError(f"a {unit.name} has no status that can be recorded")
+    return unit.status_query
 
 
 def _reason(error: Exception) -> str:

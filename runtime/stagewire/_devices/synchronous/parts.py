@@ -170,7 +170,7 @@ class Part(PartBase):
     ) -> Recorder:
         """Record every status within a block, in engineering units: ``with tdc.record("run.csv"):``.
 
-        Other calls go on meanwhile, such as moves. Status updates are started for the block, unless they were
+        Other calls, such as moves, continue. Status updates are started for the block, unless they were
         on before; nothing else is sent. A unit that sends none is polled. For a device with several channels,
         bays or axes, the column ``part`` names the one of each row.
 
