@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from datetime import datetime
 from typing import Any, TypeAlias
 
 from stagewire._codec.message import Message
@@ -47,16 +46,15 @@ class Rows:
                 for name, kind, _ in self._columns(message, values, one):
                     self.columns.setdefault(name, kind)
 
-    def row(self, part: str, seconds: float, arrived: datetime, status: Values[Any]) -> Row:
+    def row(self, part: str, status: Values[Any], begin: float) -> Row:
         """Return the row of a status.
 
         :param part: name of the part that sent it, such as ``bay 2``.
-        :param seconds: time of its arrival, since the recording began.
-        :param arrived: the same, as a date and time.
+        :param begin: when the recording began, in the time of the session.
         """
         row: Row = dict.fromkeys(self.columns)
-        row[TIME] = round(seconds, 6)
-        row[CLOCK] = arrived.astimezone().isoformat(timespec="milliseconds")
+        row[TIME] = round(status.received - begin, 6)
+        row[CLOCK] = status.received_at.isoformat(timespec="milliseconds")
         if self._several:
             row[PART] = part
         for name, value in self._values(status):

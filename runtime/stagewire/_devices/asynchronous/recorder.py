@@ -6,7 +6,6 @@ import logging
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
@@ -212,16 +211,12 @@ class Recorder:
 
     def _add(self, name: str, status: Values[Any]) -> None:
         """Add the row of a status."""
-        seconds = self._now() - self._begin
-        row = self._rows.row(name, seconds, datetime.now(), status)
+        row = self._rows.row(name, status, self._begin)
         self.rows += 1
         if self._function is not None:
             self._function(row)
         else:
             self._waiting.append(row)
-
-    def _now(self) -> float:
-        return next(iter(self._parts.values())).now()
 
     def _write(self, *, last: bool = False) -> None:
         """Pass the rows to the file, and close it at the end."""
@@ -256,15 +251,18 @@ class Recorder:
     def _collect(self) -> None:
         """Add a row for each status that has arrived."""
         ended: StagewireError | None = None
+        taken: list[tuple[str, Values[Any]]] = []
         for name, subscription in self._subscriptions.items():
             while (status := subscription.take()) is not None:
-                self._add(name, status)
+                taken.append((name, status))
             try:
                 subscription.check()
             except SessionClosedError:  # the user closed the device
                 self._over = True
             except StagewireError as error:
                 ended = error
+        for name, status in sorted(taken, key=lambda one: one[1].received):
+            self._add(name, status)
         if ended is not None:
             raise ended
 
