@@ -9,6 +9,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -19,13 +22,14 @@ from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire._devices import row_files
+from stagewire._devices.synchronous import recorder
 from stagewire.errors import (
     BadValueError,
     RecordingError,
     TransportLostError,
     UnsupportedError,
 )
-from stagewire_apt import BBD102, BPC201, KDC101, MFF101, PROTOCOL, TDC001, aio, stages
+from stagewire_apt import BBD102, BPC201, MFF101, PROTOCOL, TDC001, aio, stages
 from stagewire_ms2000 import MS2000
 from stagewire_virtual import stepped
 
@@ -35,6 +39,13 @@ ON, OFF = "HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS"
 def rows_of(path: Path) -> list[dict[str, str]]:
     with path.open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
+
+
+def recorded(part: Any, to: Any, *steps: Callable[[], object]) -> None:
+    """Take some steps while a part is recorded."""
+    with part.record(to, poll=0.01):
+        for step in steps:
+            step()
 
 
 @pytest.fixture
@@ -108,10 +119,13 @@ def test_a_position_without_a_known_stage_is_in_counts(file: Path) -> None:
 
 
 def test_a_rack_is_recorded_with_the_bay_of_each_row(tmp_path: Path) -> None:
-    with BBD102.open(RecordingLink(virtual.BBD102()), stage="MLS203") as rack:
-        with rack.record(tmp_path / "all.csv"), rack.bay(2).record(tmp_path / "one.csv"):
-            rack.bay(2).move_relative(mm=2)
-            rack.session.pause(0.2)
+    with (
+        BBD102.open(RecordingLink(virtual.BBD102()), stage="MLS203") as rack,
+        rack.record(tmp_path / "all.csv"),
+        rack.bay(2).record(tmp_path / "one.csv"),
+    ):
+        rack.bay(2).move_relative(mm=2)
+        rack.session.pause(0.2)
     rows = rows_of(tmp_path / "all.csv")
     assert {row["part"] for row in rows} == {"bay 1", "bay 2"}
     last = {row["part"]: float(row["position_mm"]) for row in rows}
@@ -147,10 +161,13 @@ def test_an_axis_is_polled(file: Path) -> None:
 
 
 def test_axes_that_do_not_answer_are_left_out(file: Path) -> None:
-    with MS2000.open("virtual://MS2000", timeout=0.02) as ms2000, ms2000.low_level():
-        with ms2000.record(file, poll=0.01) as recording:
-            while recording.rows < 30:
-                assert recording.error is None
+    with (
+        MS2000.open("virtual://MS2000", timeout=0.02) as ms2000,
+        ms2000.low_level(),
+        ms2000.record(file, poll=0.01) as recording,
+    ):
+        while recording.rows < 30:
+            assert recording.error is None
     assert {row["part"] for row in rows_of(file)} == {"axis X", "axis Y", "axis Z"}
 
 
@@ -158,10 +175,9 @@ def test_a_controller_that_does_not_answer_is_reported(file: Path) -> None:
     link = RecordingLink(virtual.MFF101())
     with MFF101.open(link, timeout=0.05) as flipper:
         link.twist = lambda data: b""
-        with pytest.raises(RecordingError, match="ends after 0 rows: .* but no MOT_GET_STATUSBITS"):
-            with flipper.record(file, poll=0.01):
-                while len(link.sent) < 5:
-                    pass
+        said = "ends after 0 rows: MOT_REQ_STATUSBITS "
+        with pytest.raises(RecordingError, match=said):
+            recorded(flipper, file, lambda: time.sleep(0.2))
         link.twist = bytes
 
 
@@ -176,10 +192,13 @@ def test_a_function_receives_each_row(link: RecordingLink) -> None:
 def test_parquet_has_the_same_columns_and_rows(link: RecordingLink, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     path = tmp_path / "run.parquet"
-    with TDC001.open(link, stage="Z8") as tdc:
-        with tdc.record(path), tdc.record(tmp_path / "run.csv") as recording:
-            tdc.session.pause(1)
-            assert not path.exists()
+    with (
+        TDC001.open(link, stage="Z8") as tdc,
+        tdc.record(path),
+        tdc.record(tmp_path / "run.csv") as recording,
+    ):
+        tdc.session.pause(1)
+        assert not path.exists()
     table = parquet.read_table(path)
     assert tuple(table.column_names) == recording.columns
     assert table.num_rows == recording.rows == 10
@@ -206,9 +225,11 @@ def test_a_missing_pyarrow_is_explained(
     link: RecordingLink, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with TDC001.open(link) as tdc:
-        with pytest.raises(RecordingError, match=r"pip install 'stagewire\[parquet\]'"):
-            tdc.record(tmp_path / "run.parquet").__enter__()
+    with (
+        TDC001.open(link) as tdc,
+        pytest.raises(RecordingError, match=r"pip install 'stagewire\[parquet\]'"),
+    ):
+        tdc.record(tmp_path / "run.parquet").__enter__()
     assert list(tmp_path.iterdir()) == []
 
 
@@ -276,25 +297,46 @@ def full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_full_disk_is_reported_at_the_end_and_stops_no_motion(
     full_disk: None, file: Path
 ) -> None:
-    reached = False
-    with TDC001.open("virtual://TDC001?stage=Z8", stage="Z8") as tdc:
-        with (
-            pytest.raises(RecordingError, match="ends after 0 rows: No space left on device"),
-            tdc.record(file),
-        ):
-            tdc.move_relative(mm=2)
-            reached = True
-        assert tdc.position == pytest.approx(2, abs=1e-3)
-    assert reached
+    reached: list[float] = []
+    with (
+        TDC001.open("virtual://TDC001?stage=Z8", stage="Z8") as tdc,
+        pytest.raises(RecordingError, match="ends after 0 rows: No space left on device"),
+    ):
+        recorded(tdc, file, lambda: tdc.move_relative(mm=2), lambda: reached.append(tdc.position))
+    assert reached == [pytest.approx(2, abs=1e-3)]
+
+
+def test_a_disk_that_hangs_does_not_keep_the_block_from_ending(
+    monkeypatch: pytest.MonkeyPatch, link: RecordingLink, file: Path
+) -> None:
+    released = threading.Event()
+
+    class Hanging(row_files.CsvFile):
+        def write(self, rows: Any) -> None:
+            released.wait()
+
+    monkeypatch.setitem(row_files._KINDS, ".csv", Hanging)
+    monkeypatch.setattr(recorder, "_ENDING", 0.1)
+    monkeypatch.setattr(recorder, "_FLUSH", 0.01)
+    with TDC001.open(link, stage="Z8") as tdc:
+        recording = tdc.record(file)
+        recording.__enter__()
+        tdc.move_relative(mm=1)
+        time.sleep(0.1)
+        with pytest.raises(RecordingError, match=r"no write ended within 0\.1 s"):
+            recording.__exit__(None, None, None)
+        released.set()
+        assert recording._worker.join(10)
+        assert recording._file is not None
+        recording._file.close()
 
 
 def test_an_error_of_the_block_is_kept_and_gets_a_note(
     full_disk: None, link: RecordingLink, file: Path
 ) -> None:
     with TDC001.open(link, stage="Z8") as tdc:
-        with pytest.raises(ZeroDivisionError) as caught, tdc.record(file):
-            tdc.session.pause(0.3)
-            raise ZeroDivisionError
+        with pytest.raises(ZeroDivisionError) as caught:
+            recorded(tdc, file, lambda: tdc.session.pause(0.3), lambda: 1 / 0)
         [note] = caught.value.__notes__
     assert "run.csv ends after 0 rows: No space left on device" in note
 
@@ -330,27 +372,28 @@ def test_a_file_that_cannot_grow_keeps_its_whole_lines(file: Path) -> None:
 def test_a_lost_line_ends_the_recording_with_the_rows_before_it(
     link: RecordingLink, file: Path
 ) -> None:
-    with TDC001.open(link, stage="Z8") as tdc:
-        with pytest.raises(TransportLostError) as caught, tdc.record(file):
-            tdc.session.pause(0.5)
-            link.controller.unplug()
-            tdc.session.pause(1)
+    with TDC001.open(link, stage="Z8") as tdc, pytest.raises(TransportLostError) as caught:
+        recorded(
+            tdc,
+            file,
+            lambda: tdc.session.pause(0.5),
+            link.controller.unplug,
+            lambda: tdc.session.pause(1),
+        )
     assert "ends after 5 rows" in caught.value.__notes__[0]
     assert len(rows_of(file)) == 5
 
 
 def test_a_line_lost_while_the_block_does_not_use_it_is_reported(file: Path) -> None:
-    from threading import Event
+    def close() -> None:
+        served.close()
+        while not tdc.session.lost:
+            time.sleep(0.01)
 
-    lost = Event()
     with virtual.TDC001(stage=stages.Z8) as controller, controller.tcp() as served:
         tdc = TDC001.open(served.url, stage="Z8")
-        tdc.session.on_close.append(lambda: b"")
         with pytest.raises(RecordingError, match=r"run\.csv ends after \d+ rows: "):
-            with tdc.record(file):
-                served.close()
-                while not tdc.session.lost:
-                    lost.wait(0.01)
+            recorded(tdc, file, close)
         tdc.close()
 
 
@@ -407,10 +450,12 @@ def test_a_killed_process_leaves_whole_lines(file: Path) -> None:
 
 def test_a_recording_for_asyncio_has_the_same_rows(file: Path) -> None:
     async def main() -> None:
-        async with aio.TDC001.open("virtual://TDC001?stage=Z8", stage="Z8") as tdc:
-            async with tdc.record(file) as recording:
-                await tdc.move_relative(mm=0.5)
-                await asyncio.sleep(0.5)
+        async with (
+            aio.TDC001.open("virtual://TDC001?stage=Z8", stage="Z8") as tdc,
+            tdc.record(file) as recording,
+        ):
+            await tdc.move_relative(mm=0.5)
+            await asyncio.sleep(0.5)
         assert recording.rows == len(rows_of(file))
 
     stepped.run(main())
@@ -421,10 +466,12 @@ def test_a_recording_for_asyncio_has_the_same_rows(file: Path) -> None:
 
 def test_a_cancelled_block_for_asyncio_leaves_a_complete_file(file: Path) -> None:
     async def main() -> None:
-        async with aio.KDC101.open("virtual://KDC101?stage=Z8", stage="Z8") as kdc:
-            async with asyncio.timeout(1):
-                async with kdc.record(file):
-                    await asyncio.sleep(100)
+        async with (
+            aio.KDC101.open("virtual://KDC101?stage=Z8", stage="Z8") as kdc,
+            asyncio.timeout(1),
+            kdc.record(file),
+        ):
+            await asyncio.sleep(100)
 
     with pytest.raises(TimeoutError):
         stepped.run(main())

@@ -102,7 +102,7 @@ class Recorder:
 
     @property
     def error(self) -> Exception | None:
-        """What has ended the recording early; it is raised at the end of the block."""
+        """The error that has ended the recording early; it is raised at the end of the block."""
         return self._error
 
     # Begin and end
