@@ -19,7 +19,7 @@ START_MM, STEP_MM, POSITIONS = 1.0, 0.02, 20
 
 
 def detector(position_mm: float) -> float:
-    """Stand in for your instrument: a line at 1.2 mm."""
+    """Return a simulated reading, with a line at 1.2 mm; read your instrument here."""
     return math.exp(-(((position_mm - 1.2) / 0.1) ** 2))
 
 
