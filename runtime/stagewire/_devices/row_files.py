@@ -27,6 +27,9 @@ class RowFile(Protocol):
     def close(self) -> None:
         """Finish the file. Harmless if called twice."""
 
+    def discard(self) -> None:
+        """Close and remove the file."""
+
 
 def check_path(path: Path, *, overwrite: bool) -> None:
     """Raise :class:`~stagewire.errors.RecordingError` if a recording cannot be written to a path."""
@@ -61,6 +64,7 @@ class CsvFile:
     """CSV. Each call writes whole lines, so that a process that is killed leaves whole lines only."""
 
     def __init__(self, path: Path, columns: Mapping[str, type], overwrite: bool) -> None:
+        self._path = path
         self._columns = tuple(columns)
         self._file = path.open("wb" if overwrite else "xb", buffering=0)
         self._end = 0  # of the last whole line
@@ -90,6 +94,11 @@ class CsvFile:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+
+    def discard(self) -> None:
+        """Close and remove the file."""
+        self._file.close()
+        _remove(self._path)
 
 
 def as_text(value: Any) -> Any:
@@ -141,11 +150,19 @@ class ParquetFile:
             self._out.close()
             self._part.replace(self._path)
         except BaseException:
-            with suppress(OSError):
-                self._out.close()
-            with suppress(OSError):
-                self._part.unlink()
+            self.discard()
             raise
+
+    def discard(self) -> None:
+        """Close and remove the file under its temporary name."""
+        with suppress(OSError):
+            self._out.close()
+        _remove(self._part)
+
+
+def _remove(path: Path) -> None:
+    with suppress(OSError):
+        path.unlink()
 
 
 _KINDS: Final[dict[str, Callable[[Path, Mapping[str, type], bool], RowFile]]] = {

@@ -26,6 +26,7 @@ from stagewire._devices.synchronous import recorder
 from stagewire.errors import (
     BadValueError,
     RecordingError,
+    SessionClosedError,
     TransportLostError,
     UnsupportedError,
 )
@@ -253,6 +254,29 @@ def test_a_file_that_cannot_be_used_is_refused_before_anything_is_sent(
             tdc.record(tmp_path / name).__enter__()
         assert link.names(PROTOCOL) == []
     assert (tmp_path / "there.csv").read_text() == "precious"
+
+
+def test_a_recording_that_cannot_begin_leaves_no_file(link: RecordingLink, file: Path) -> None:
+    tdc = TDC001.open(link)
+    tdc.close()
+    with pytest.raises(SessionClosedError):
+        tdc.record(file).__enter__()
+    assert not file.exists()
+
+
+def test_a_recording_is_used_once(link: RecordingLink, file: Path) -> None:
+    with TDC001.open(link) as tdc:
+        recording = tdc.record(file)
+        with recording:
+            pass
+        with pytest.raises(BadValueError, match="call record"):
+            recording.__enter__()
+
+
+def test_rows_are_in_the_file_within_a_second_if_polls_are_rare(file: Path) -> None:
+    with MFF101.open("virtual://MFF101") as flipper, flipper.record(file, poll=3600):
+        while len(rows_of(file)) < 1:
+            time.sleep(0.01)
 
 
 def test_an_existing_file_is_replaced_if_asked(link: RecordingLink, file: Path) -> None:

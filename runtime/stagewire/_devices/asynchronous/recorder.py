@@ -36,6 +36,8 @@ _log = logging.getLogger("stagewire")
 
 _FLUSH: Final = 1.0
 """Seconds after which a row is in the file at the latest."""
+_MOMENT: Final = 0.01
+"""Seconds that are waited at least, so that many short waits do not load the processor."""
 _ENDING: Final = 5.0
 """Seconds that the file has to accept the last rows; a hung disk must not delay a stop for longer."""
 _LIMIT: Final = 100_000
@@ -106,6 +108,8 @@ class Recorder:
     # Begin and end
 
     async def __aenter__(self) -> Self:
+        if self._over or self._file is not None:
+            raise BadValueError("a recording can be used once: call record() again")
         if self._path is not None:
             check_path(self._path, overwrite=self._overwrite)
         first = next(iter(self._parts.values()))
@@ -131,7 +135,10 @@ class Recorder:
                 await self._start()
         except BaseException:
             await self._stop()
-            self._close()
+            for subscription in self._subscriptions.values():
+                subscription.close()
+            if self._file is not None:
+                self._file.discard()
             raise
         self._worker.start(self._run, f"stagewire record {self._path or ''}")
         return self
@@ -182,32 +189,32 @@ class Recorder:
             if name in self._answered or not self._answered:
                 self._error = self._error or silent
 
-    def _close(self) -> None:
-        """Close the file of a recording that did not begin; an empty one is left."""
-        if self._file is not None:
-            with suppress(OSError):
-                self._file.close()
-
     # In the background
 
     async def _run(self) -> None:
-        written = time.monotonic()
+        flush_at = poll_at = time.monotonic()
         try:
             while not self._over:
-                if self._updates is None:
-                    await self._poll_all()
-                    await self._worker.wait(self._poll)
-                else:
-                    left = written + _FLUSH - time.monotonic()
-                    await self._worker.wait(max(left, 0.01))
+                if self._updates is not None:
                     self._collect()
-                if time.monotonic() - written >= _FLUSH:
-                    written = time.monotonic()
+                elif time.monotonic() >= poll_at:
+                    poll_at = time.monotonic() + self._poll
+                    await self._poll_all()
+                if time.monotonic() >= flush_at:
+                    flush_at = time.monotonic() + _FLUSH
                     await self._worker.call(self._write)
+                until = flush_at if self._updates is not None else min(flush_at, poll_at)
+                await self._worker.wait(max(until - time.monotonic(), _MOMENT))
         except SessionClosedError:  # while polling
             pass
         except Exception as error:
             self._error = error
+        if not self._waiting:
+            return
+        try:
+            await self._worker.call(self._write)
+        except Exception as error:
+            self._error = self._error or error
 
     def _add(self, name: str, status: Values[Any]) -> None:
         """Add the row of a status."""
