@@ -439,6 +439,14 @@ def test_an_error_of_a_function_ends_only_the_recording(link: RecordingLink) -> 
         assert tdc.position == pytest.approx(1, abs=1e-3)
 
 
+def test_a_written_row_does_not_stay_in_a_buffer_of_the_process(file: Path) -> None:
+    out = row_files.create(file, {"time_s": float, "moving": bool}, overwrite=False)
+    assert file.read_text() == "time_s,moving\n"
+    out.write([{"time_s": 0.5, "moving": True}, {"time_s": 1 / 3, "moving": None}])
+    assert file.read_text() == "time_s,moving\n0.5,True\n0.3333333333,\n"
+    out.close()
+
+
 KILLED = """
 import sys, time
 from stagewire_apt import TDC001
