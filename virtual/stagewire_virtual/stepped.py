@@ -18,7 +18,7 @@ from __future__ import annotations
 import asyncio
 import selectors
 from collections.abc import Callable, Coroutine
-from typing import Any, TypeVar, TypeVarTuple, Unpack
+from typing import Any, TypeVar, TypeVarTuple
 
 __all__ = ["SteppedEventLoop", "run"]
 
@@ -45,7 +45,7 @@ class SteppedEventLoop(asyncio.SelectorEventLoop):
         return self._seconds
 
     def run_in_executor(
-        self, executor: Any, func: Callable[[Unpack[_Ts]], _T], *args: Unpack[_Ts]
+        self, executor: Any, func: Callable[[*_Ts], _T], *args: *_Ts
     ) -> asyncio.Future[_T]:
         """Run a function in a thread; no time passes until it has returned."""
         future = super().run_in_executor(executor, func, *args)

@@ -318,16 +318,24 @@ def full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(row_files._KINDS, ".csv", _FullDisk)
 
 
-def test_a_full_disk_is_reported_at_the_end_and_stops_no_motion(
-    full_disk: None, file: Path
+def test_a_full_disk_is_logged_at_once_and_raised_at_the_end_and_stops_no_motion(
+    full_disk: None, file: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     reached: list[float] = []
+    logged: list[str] = []
     with (
         TDC001.open("virtual://TDC001?stage=Z8", stage="Z8") as tdc,
         pytest.raises(RecordingError, match="ends after 0 rows: No space left on device"),
     ):
-        recorded(tdc, file, lambda: tdc.move_relative(mm=2), lambda: reached.append(tdc.position))
+        recorded(
+            tdc,
+            file,
+            lambda: tdc.move_relative(mm=2),
+            lambda: reached.append(tdc.position),
+            lambda: logged.extend(caplog.messages),
+        )
     assert reached == [pytest.approx(2, abs=1e-3)]
+    assert "run.csv ends after 0 rows: No space left on device" in logged[0]
 
 
 def test_a_disk_that_hangs_does_not_keep_the_block_from_ending(

@@ -168,13 +168,15 @@ class Recorder:
                 subscription.close()
         if self._error is None:
             return
-        text = (
-            f"{self._path or 'the recording'} ends after {self.rows:,} rows: {_reason(self._error)}"
-        )
+        text = self._outcome(self._error)
         if error is None:
             raise RecordingError(text) from self._error
         _log.warning("%s", text)
         error.add_note(text)
+
+    def _outcome(self, error: Exception) -> str:
+        reason = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
+        return f"{self._path or 'the recording'} ends after {self.rows:,} rows: {reason}"
 
     def _finish(self) -> None:
         """Record the last statuses, and close the file."""
@@ -211,6 +213,7 @@ class Recorder:
             pass
         except Exception as error:
             self._error = error
+            _log.warning("%s", self._outcome(error))  # the block may continue for long
         if not self._waiting:
             return
         try:
@@ -319,7 +322,3 @@ def _query(part: Endpoint) -> ParameterSet[Any] | Query[Any]:
     if unit.status_query is None:
         raise UnsupportedError(f"a {unit.name} has no status that can be recorded")
     return unit.status_query
-
-
-def _reason(error: Exception) -> str:
-    return (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
