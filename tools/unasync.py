@@ -34,7 +34,7 @@ WORDS: Final = (
     (r"\bopen_async_link\b", "open_link"),
     (r"\bOpening\[D\]", "D"),
     (r"\basynchronous(?=[ .`_])", "synchronous"),
-    (r"\bAsync(Locks|Link|Closing|Iterator|FramedSession|CommandSession|Session)\b", r"\1"),
+    (r"\bAsync(Locks|Link|Closing|Iterator|FramedSession|CommandSession|Session|Worker)\b", r"\1"),
     (r"\bAsyncSubscription\b", "BlockingSubscription"),
     (r"\basynccontextmanager\b", "contextmanager"),
     (r"\basync_clock_of\b", "clock_of"),

@@ -142,14 +142,12 @@ class LineServer:
             self.say(f"{client.name} left")
         if client is self._holder:
             self._holder = None
-            self._queue = deque(told for told in self._queue if told.name in self.stops)
             self.say("the line is free; a motion that was started continues")
 
     def take(self, client: _Client, told: Told) -> None:
         """Take a frame of a client, or refuse the client."""
-        if told.dest is not None and told.name in self.alive | self.updates:
-            self._kept_alive.add(told.dest)
         if told.name in self.alive:
+            self._keep(told)
             return
         if told.name in self.stops:
             self._stop(client, told)
@@ -160,8 +158,14 @@ class LineServer:
         if client is not self._holder:
             self.refuse(client, f"it sent {told}, but {self._holder.name} holds the line")
             return
+        if told.name in self.updates:
+            self._keep(told)
         self._queue.append(told)
         self._filled.set()
+
+    def _keep(self, told: Told) -> None:
+        if told.dest is not None:
+            self._kept_alive.add(told.dest)
 
     def refuse(self, client: _Client, why: str) -> None:
         """Close the connection of a client."""

@@ -9,12 +9,15 @@ import typer
 
 from stagewire_cli.devices import Address, Bay, LinkUrl, ScaleSource, Unit, seconds_above_0
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.recordings import CsvFile, Overwrite, PlotFile, RecordFiles
 from stagewire_cli.stages import StageName, StagesFile, chosen_stage
 
 EXAMPLE = """\b
 Examples:
   stagewire monitor /dev/ttyUSB0 --stage Z8
   stagewire monitor "virtual://TDC001?stage=Z8" --stage Z8 --for 5 --plot move.png
+  stagewire monitor COM3 --stage Z8 --csv run.csv
+  stagewire monitor COM3 --json --for 60 | jq .position_mm
   stagewire monitor socket://10.0.0.5:4001 --unit BBD102 --log session.txt
 """
 
@@ -36,12 +39,6 @@ def monitor(
             help="Exit after this time.",
         ),
     ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            "--plot", metavar="FILE", help="Plot position and velocity over time (.png, .svg)."
-        ),
-    ] = None,
     listen: Annotated[
         bool,
         typer.Option(
@@ -49,6 +46,12 @@ def monitor(
             help="Send nothing: show what another program asks for, by stagewire serve. Needs --unit.",
         ),
     ] = False,
+    csv: CsvFile = None,
+    overwrite: Overwrite = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print each status as a JSON object on one line.")
+    ] = False,
+    plot: PlotFile = None,
     log: Annotated[
         Path | None,
         typer.Option("--log", metavar="FILE", help="Record the traffic as a capture."),
@@ -58,16 +61,13 @@ def monitor(
 
     Shows every bay, channel and axis until Ctrl-C or the end of --for: as a live table on a terminal,
     otherwise one line per status. Status messages are switched on while it runs. A unit that does not send
-    any is polled five times a second.
+    any is polled five times a second. The rows of --csv and --json have the same columns.
     """
     from stagewire_cli.monitor_session import watch
 
-    if log is not None and plot is not None and log.absolute() == plot.absolute():
-        raise CalledWronglyError("--log and --plot name the same file")
-    if plot is not None:
-        from stagewire_cli.monitor_board import check_plot
-
-        check_plot(plot)
+    named = [path.absolute() for path in (csv, plot, log) if path is not None]
+    if len(set(named)) < len(named):
+        raise CalledWronglyError("--csv, --plot and --log must name different files")
     if listen and unit is None:
         raise CalledWronglyError("--listen requires --unit, because nothing is asked")
     options = {
@@ -76,4 +76,14 @@ def monitor(
         "address": address,
         "identify": False if listen else None,
     }
-    watch(url, unit, options, bay, seconds=seconds, picture=plot, log=log, listen=listen)
+    watch(
+        url,
+        unit,
+        options,
+        bay,
+        seconds=seconds,
+        as_json=as_json,
+        files=RecordFiles(csv, plot, overwrite),
+        log=log,
+        listen=listen,
+    )

@@ -16,6 +16,7 @@ from stagewire_cli.devices import (
     travel_options,
 )
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.recordings import CsvFile, Overwrite, PlotFile, RecordFiles
 from stagewire_cli.stages import StageName, StagesFile, chosen_stage
 
 MOVE_EXAMPLE = """\b
@@ -24,6 +25,7 @@ Examples:
   stagewire move COM3 --stage PRM1-Z8 --to 30deg
   stagewire move COM3 --counts --by -2000
   stagewire move COM4 --unit MFF101 --to 2
+  stagewire move COM3 --stage Z8 --by 0.1 --csv step.csv --plot step.png
   stagewire move socket://10.0.0.5:4001 --unit BBD102 --stage MLS203 --bay 2 --to 10 --yes
 """
 HOME_EXAMPLE = """\b
@@ -97,11 +99,15 @@ def move(
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    overwrite: Overwrite = False,
     yes: Yes = False,
 ) -> None:
     """Move one axis, and wait for the end of the motion.
 
-    Prints the unit, its position and the target, and asks for confirmation. Ctrl-C stops the motion.
+    Prints the unit, its position and the target, and asks for confirmation. Ctrl-C stops the motion. The
+    files of --csv and --plot are complete however the motion ends.
     """
     from stagewire_cli.motion_session import PartAddress, run_move
     from stagewire_cli.target import Target
@@ -117,7 +123,8 @@ def move(
         "scale_source": scale_source,
         **travel_options(travel),
     }
-    run_move(where, target, options, timeout=timeout, yes=yes)
+    files = RecordFiles(csv, plot, overwrite)
+    run_move(where, target, options, timeout=timeout, yes=yes, files=files)
 
 
 def home(
@@ -125,11 +132,15 @@ def home(
     unit: Unit = None,
     stage: StageName = None,
     stages: StagesFile = None,
+    scale_source: ScaleSource = None,
     bay: Bay = None,
     address: Address = None,
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    overwrite: Overwrite = False,
     yes: Yes = False,
 ) -> None:
     """Home one axis, and wait for the end of the motion.
@@ -139,9 +150,14 @@ def home(
     """
     from stagewire_cli.motion_session import PartAddress, run_home
 
+    files = RecordFiles(csv, plot, overwrite)
     where = PartAddress(url, unit, bay, channel, axis)
-    options = {"stage": chosen_stage(stage, stages), "address": address}
-    run_home(where, options, timeout=timeout, yes=yes)
+    options = {
+        "stage": chosen_stage(stage, stages),
+        "address": address,
+        "scale_source": scale_source,
+    }
+    run_home(where, options, timeout=timeout, yes=yes, files=files)
 
 
 def jog(
@@ -162,6 +178,9 @@ def jog(
     channel: ChannelOption = None,
     axis: AxisOption = None,
     timeout: Timeout = 60.0,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    overwrite: Overwrite = False,
     yes: Yes = False,
 ) -> None:
     """Jog one axis by the step stored in its controller.
@@ -178,7 +197,8 @@ def jog(
         "scale_source": scale_source,
         **travel_options(travel),
     }
-    run_jog(where, direction, options, timeout=timeout, yes=yes)
+    files = RecordFiles(csv, plot, overwrite)
+    run_jog(where, direction, options, timeout=timeout, yes=yes, files=files)
 
 
 def stop(
@@ -196,6 +216,9 @@ def stop(
     travel: Annotated[str | None, typer.Option("--travel", hidden=True)] = None,
     timeout: Annotated[str | None, typer.Option("--timeout", hidden=True)] = None,
     counts: Annotated[bool, typer.Option("--counts", hidden=True)] = False,
+    csv: Annotated[str | None, typer.Option("--csv", hidden=True)] = None,
+    plot: Annotated[str | None, typer.Option("--plot", hidden=True)] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", hidden=True)] = False,
     yes: Annotated[bool, typer.Option("--yes", hidden=True)] = False,
 ) -> None:
     """Stop all axes, or one bay, channel or axis, without asking.

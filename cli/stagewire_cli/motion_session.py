@@ -28,6 +28,7 @@ from stagewire_cli.devices import (
 )
 from stagewire_cli.errors import INTERRUPTED, WRONG, CalledWronglyError
 from stagewire_cli.output import Progress, progress
+from stagewire_cli.recordings import RecordFiles, recorded
 from stagewire_cli.status import Value, numbers_of, status_of
 from stagewire_cli.target import Target
 
@@ -104,14 +105,16 @@ def run_move(
     *,
     timeout: float,
     yes: bool,
+    files: RecordFiles,
 ) -> None:
     """Move one part, after a confirmation.
 
     :param options: options of its class; None means not given.
+    :param files: files to record the motion to.
     """
     with _opened_part(where, yes, timeout, **options) as (device, name, part):
         if hasattr(part, "move_to"):
-            run_positions_move(device, part, target, timeout, yes=yes)
+            run_positions_move(device, part, target, timeout, yes=yes, files=files)
             return
         start = _call(device, part, f"start_move_{'relative' if target.relative else 'absolute'}")
         given = target.given(start, part, device.unit.name)
@@ -120,12 +123,27 @@ def run_move(
         def there() -> bool:
             return target.is_met_by(status_of(part))
 
-        words = "" if target.relative else str(target)
-        _act(device, name, part, saying, lambda: start(**given), timeout, yes, there, words)
+        goal = _goal(target, given, part)
+        _act(
+            device, name, part, saying, lambda: start(**given), timeout, yes, files, there, goal
+        )  # fmt: skip
+
+
+def _goal(target: Target, given: Mapping[str, Any], part: Any) -> Value | None:
+    """Return where a move is to end; None if the position is unknown."""
+    [(unit, value)] = given.items()
+    goal = Value(float(value), "" if unit == "counts" else unit)
+    if not target.relative:
+        return goal
+    values = status_of(part)
+    here = None if values is None else numbers_of(values).get("position")
+    if here is None or here.unit != goal.unit:
+        return None
+    return Value(here.number + goal.number, goal.unit)
 
 
 def run_positions_move(
-    device: Any, part: Any, target: Target, timeout: float, *, yes: bool
+    device: Any, part: Any, target: Target, timeout: float, *, yes: bool, files: RecordFiles
 ) -> None:
     """Move a unit with a few positions, such as a flipper, to one of them; it cannot be stopped."""
     if target.relative or target.value.denominator != 1 or _GIVEN_UNIT.search(target.text):
@@ -134,7 +152,7 @@ def run_positions_move(
     confirm(title_of(device), f"will move from {_place(part.position)} to position {position}", yes)
     begun = device.session.now()
     try:
-        with called_wrongly():
+        with called_wrongly(), recorded(part, title_of(device), files):
             part.move_to(position, timeout=timeout)
     except KeyboardInterrupt:
         typer.echo(
@@ -149,12 +167,19 @@ def _place(position: int | None) -> str:
     return "an unknown position" if position is None else f"position {position}"
 
 
-def run_home(where: PartAddress, options: Mapping[str, Any], *, timeout: float, yes: bool) -> None:
+def run_home(
+    where: PartAddress,
+    options: Mapping[str, Any],
+    *,
+    timeout: float,
+    yes: bool,
+    files: RecordFiles,
+) -> None:
     """Home one part, after a confirmation; the options are as for :func:`run_move`."""
     with _opened_part(where, yes, timeout, **options) as (device, name, part):
         start = _call(device, part, "start_home")
         saying = f"will home from {_position(part)} with the settings of the controller"
-        _act(device, name, part, saying, start, timeout, yes, target="to its home position")
+        _act(device, name, part, saying, start, timeout, yes, files)
 
 
 def run_jog(
@@ -164,6 +189,7 @@ def run_jog(
     *,
     timeout: float,
     yes: bool,
+    files: RecordFiles,
 ) -> None:
     """Jog one part, after a confirmation; the options are as for :func:`run_move`."""
     with _opened_part(where, yes, timeout, **options) as (device, name, part):
@@ -174,7 +200,7 @@ def run_jog(
         saying = (
             f"will jog {direction} from {_position(part)} by the stored step of {step} ({mode})"
         )
-        _act(device, name, part, saying, lambda: start(direction), timeout, yes)
+        _act(device, name, part, saying, lambda: start(direction), timeout, yes, files)
 
 
 def run_stop(where: PartAddress, address: int | None = None) -> None:
@@ -258,13 +284,15 @@ def _act(
     start: Callable[[], Any],
     timeout: float,
     yes: bool,
+    files: RecordFiles,
     there: Callable[[], bool] = lambda: True,
-    target: str = "",
+    goal: Value | None = None,
 ) -> None:
     """Announce a motion, ask, start it, and wait for its end; Ctrl-C stops it.
 
-    :param target: the target in words, such as ``to 1.5 mm``, for the progress.
+    :param files: files to record the motion to; they are complete however it ends.
     :param there: returns whether the part is at its target, so that no motion is necessary.
+    :param goal: where the motion is to end; None: unknown.
     """
     title = ", ".join(filter(None, (title_of(device), name)))
     if _moves(part):
@@ -273,12 +301,25 @@ def _act(
         )
         raise typer.Exit(WRONG)
     confirm(title, saying, yes)
+    with recorded(part, f"{title}: {saying.removeprefix('will ')}", files, goal):
+        _carry_out(device, part, start, timeout, there, goal)
+
+
+def _carry_out(
+    device: Any,
+    part: Any,
+    start: Callable[[], Any],
+    timeout: float,
+    there: Callable[[], bool],
+    goal: Value | None,
+) -> None:
+    """Start a motion that was confirmed, and wait for its end; the parameters are those of :func:`_act`."""
     before, missed, end = _position(part), "", None
     try:
         with called_wrongly():
             motion = start()
         with progress() as say:
-            end = _end_of(motion, device.session.now, timeout, _watching(part, target, say))
+            end = _end_of(motion, device.session.now, timeout, _watching(part, goal, say))
     except KeyboardInterrupt:
         typer.echo(f"interrupted: {_stopped(part)}", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -331,13 +372,14 @@ def _stopped(part: Any) -> str:
         return f"stop was sent but not answered, so it may still be moving ({error})"
 
 
-def _watching(part: Any, target: str, say: Progress) -> Callable[[], None]:
+def _watching(part: Any, goal: Value | None, say: Progress) -> Callable[[], None]:
     """Return a function that shows the position of a moving part on a terminal."""
+    target = "" if goal is None else f", target {_in_words(goal, '')}"
 
     def watch() -> None:
         if say.shows:
             with suppress(ReplyTimeoutError):  # the end of the motion shows what is wrong
-                say(f"at {_position(part)} {target}".rstrip())
+                say(f"at {_position(part)}{target}")
 
     return watch
 

@@ -13,6 +13,7 @@ from rich.console import Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
+from stagewire_cli.monitor_board import numbers_of, state_of
 from stagewire_cli.output import console, printable, table
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class MonitorScreen(_Screen):
     """The states of the parts of a controller.
 
     :param title: the name of the controller, in one line.
-    :param board: the readings to show.
+    :param board: the rows to show.
     """
 
     def __init__(self, title: str, board: Board) -> None:
@@ -56,14 +57,15 @@ class MonitorScreen(_Screen):
 
     def draw(self, now: float) -> None:
         """Draw the present state; ``now`` is in seconds since the monitor began."""
-        names = list({name: None for one in self._board.latest.values() for name in one.values})
+        numbers = {part: dict(numbers_of(row)) for part, row in self._board.latest.items()}
+        names = list({name: None for one in numbers.values() for name in one})
         shown = table(
             "part", *names, "state", "age", "per second", right=(*names, "age", "per second")
         )
-        for part, reading in self._board.latest.items():
-            values = [str(reading.values[name]) if name in reading.values else "" for name in names]
-            age, rate = f"{now - reading.time:.1f} s", f"{self._board.rate(part, now):.1f}"
-            shown.add_row(part or "-", *values, reading.state, age, rate)
+        for part, row in self._board.latest.items():
+            values = [numbers[part].get(name, "") for name in names]
+            age, rate = f"{now - row['time_s']:.1f} s", f"{self._board.rate(part, now):.1f}"
+            shown.add_row(part or "-", *values, state_of(row) or "", age, rate)
         counted = (
             f"{now:.1f} s, {self._board.count:,} status messages, {self._board.dropped:,} dropped"
         )

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from stagewire.devices import Bits, BitsByUnit, InUnits, Raw, Values
+from stagewire.devices import InUnits, Raw, Values
 from stagewire.errors import UnknownScaleError
 
 _STATUS_METHODS = (
@@ -33,33 +32,6 @@ class Value:
         return f"{self.number:.4f} {self.unit}"
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """One status of one part.
-
-    :param part: the bay, channel or axis; empty for a controller with a single part.
-    :param time: seconds since the monitor began.
-    :param values: its numbers by name, such as ``position``.
-    :param flags: the names of the bits that are set; None without bits.
-    """
-
-    part: str
-    time: float
-    values: Mapping[str, Value]
-    flags: tuple[str, ...] | None = None
-
-    @property
-    def state(self) -> str:
-        """The flags in words; empty without flags, and a dash if none is set."""
-        return "" if self.flags is None else ", ".join(self.flags) or "-"
-
-    def line(self) -> str:
-        """One line of text for this reading."""
-        words = [f"{self.time:9.3f}", *([self.part] if self.part else [])]
-        words += [f"{name}={value}" for name, value in self.values.items()]
-        return "  ".join([*words, *([f"[{self.state}]"] if self.flags is not None else [])])
-
-
 def status_of(part: Any) -> Values[Any] | None:
     """Read the status of a part; return None if its unit has no such request.
 
@@ -71,16 +43,6 @@ def status_of(part: Any) -> Values[Any] | None:
             values: Values[Any] = method()
             return values
     return None
-
-
-def reading_of(part: str, when: float, values: Values[Any]) -> Reading:
-    """Return the reading in a status of a part."""
-    flags: tuple[str, ...] | None = None
-    for name in values.names:
-        if isinstance(getattr(type(values), name), Bits | BitsByUnit):
-            bits = getattr(values, name)
-            flags = (*bits.names, *([hex(bits.unnamed)] if bits.unnamed else []))
-    return Reading(part, when, numbers_of(values), flags)
 
 
 def numbers_of(values: Values[Any]) -> dict[str, Value]:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from stagewire._devices.asynchronous.devices import Device as AsyncDevice
     from stagewire._devices.asynchronous.parts import Motion as AsyncMotion
     from stagewire._devices.asynchronous.parts import Part as AsyncPart
+    from stagewire._devices.asynchronous.recorder import Recorder as AsyncRecorder
     from stagewire._devices.candidates import candidates, clean_model
     from stagewire._devices.connection import link_options
     from stagewire._devices.options import OpenOptions
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from stagewire._devices.stage_files import read_stages
     from stagewire._devices.synchronous.devices import Device
     from stagewire._devices.synchronous.parts import Motion, Part
+    from stagewire._devices.synchronous.recorder import Recorder
     from stagewire._devices.tables import MotionEnd
     from stagewire._devices.unit import Facts, Unit
     from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw, Values
@@ -27,6 +29,7 @@ __all__ = [
     "AsyncDevice",
     "AsyncMotion",
     "AsyncPart",
+    "AsyncRecorder",
     "Bits",
     "BitsByUnit",
     "Device",
@@ -37,6 +40,7 @@ __all__ = [
     "OpenOptions",
     "Part",
     "Raw",
+    "Recorder",
     "Scales",
     "ToldValue",
     "Unit",
@@ -57,6 +61,8 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_devices.synchronous.parts": "Motion Part",
             "_devices.asynchronous.devices": "Device=AsyncDevice",
             "_devices.asynchronous.parts": "Motion=AsyncMotion Part=AsyncPart",
+            "_devices.synchronous.recorder": "Recorder",
+            "_devices.asynchronous.recorder": "Recorder=AsyncRecorder",
             "_devices.options": "OpenOptions",
             "_devices.tables": "MotionEnd",
             "_devices.unit": "Facts Unit",

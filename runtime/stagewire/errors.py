@@ -27,6 +27,7 @@ __all__ = [
     "NotReadyError",
     "OutOfRangeError",
     "OutstandingReplyError",
+    "RecordingError",
     "ReplyTimeout",
     "ReplyTimeoutError",
     "SessionClosedError",
@@ -330,6 +331,10 @@ class NotReadyError(StagewireError):
     def __init__(self, text: str, causes: tuple[str, ...] = ()) -> None:
         super().__init__(text)
         self.causes = causes
+
+
+class RecordingError(StagewireError):
+    """A recording could not begin, or is incomplete; motions are not affected."""
 
 
 class WrongUnitError(StagewireError):

@@ -540,8 +540,8 @@ def test_a_reported_fault_stops_the_move(stagewire: Stagewire, attach: Attach) -
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        (("move", URL, *Z8, "--to", "3"), r"at [12]\.\d{4} mm to 3 mm"),
-        (("home", URL, "--unit", "TDC001", "--yes"), r"at -?\d+ counts to its home position"),
+        (("move", URL, *Z8, "--to", "3"), r"at [12]\.\d{4} mm, target 3\.0000 mm"),
+        (("home", URL, "--unit", "TDC001", "--yes"), r"at -?\d+ counts\n"),
     ],
     ids=["move", "home"],
 )

@@ -107,6 +107,8 @@ class Connection(Generic[T]):
         self._silenced: dict[int, set[type[Message]]] = {}
         self._reporting: set[int] = set()  # addresses that have what they need to report ends
         self._updating: dict[tuple[int, type[Message]], bytes] = {}  # what ends the updates
+        self.updates = facts.updates(unit)
+        self._recorders: dict[int, set[object]] = {}  # by address, those that need the updates
         self._telling: dict[type[Message], list[tuple[Setting, Told]]] = {}
         for setting, told in facts.telling(unit):
             for cls in (told.set, told.get):
@@ -122,6 +124,7 @@ class Connection(Generic[T]):
         self.readiness.forget()
         self._reporting.clear()
         self._updating.clear()
+        self._recorders.clear()
         self.info = None
         self._latest: dict[tuple[Place, type[Values[Any]]], Values[Any]] = {}
         self.stages.forget()
@@ -392,6 +395,25 @@ class Connection(Generic[T]):
     def updating(self) -> tuple[tuple[int, type[Message]], ...]:
         """The addresses at which updates were started, each with the message that stops them."""
         return tuple(self._updating)
+
+    def share_updates(self, address: int, recorder: object) -> bool:
+        """Note that a recorder needs the updates from an address; return whether it must start them."""
+        recorders = self._recorders.setdefault(address, set())
+        on = self._are_on(address)
+        if not on or recorders:  # otherwise the user has started them
+            recorders.add(recorder)
+        return not on
+
+    def release_updates(self, address: int, recorder: object) -> bool:
+        """Note that a recorder no longer needs the updates; return whether it must stop them."""
+        recorders = self._recorders.get(address, set())
+        if recorder not in recorders:
+            return False
+        recorders.remove(recorder)
+        return not recorders and self._are_on(address)
+
+    def _are_on(self, address: int) -> bool:
+        return self.updates is not None and (address, self.updates.stop.message) in self._updating
 
     def reports_ends(self, address: int) -> bool:
         """Return whether a controller reports the ends of motions, as far as is known.

@@ -73,6 +73,22 @@ class PartBase:
         """Source address of the messages of a subscription; None: any."""
         return self._at.address
 
+    def _places(self) -> dict[str, Endpoint[Any]]:
+        """Return the channels, bays or axes of this part by name, such as ``bay 2``; itself, if it is one."""
+        at = self._at
+        connection = at.connection
+        if at.place in connection.places:
+            return {"": at}
+        here = {place: name for place, name in connection.places.items() if place[0] == at.address}
+        return {
+            _kind_and_name(connection.unit, name): Endpoint(
+                connection,
+                *place,
+                f"{connection.unit.name} {_kind_and_name(connection.unit, name)}",
+            )
+            for place, name in (here or connection.places).items()
+        }
+
     @property
     def scales(self) -> Scales:
         """The current scales of this part."""
@@ -325,6 +341,12 @@ def _lines(connection: Connection[Any]) -> Iterator[str]:
 
 def _name(name: Name) -> str:
     return f"{name[0]} channel {name[1]}" if isinstance(name, tuple) else str(name)
+
+
+def _kind_and_name(unit: Unit, name: Name) -> str:
+    """Return the name of a channel, bay or axis for people, such as ``bay 2``."""
+    kind, _ = _KINDS.get(unit.kind, ("channel", ""))
+    return f"{kind} {_name(name)}"
 
 
 def _channel(connection: Connection[Any], place: Place) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from stagewire._codec.message import Message
 from stagewire._codec.protocol import Protocol
 from stagewire._devices.candidates import Candidate
 from stagewire._devices.scales import Rule
-from stagewire._devices.tables import Action, ParameterSet, Poll, Query
+from stagewire._devices.tables import Action, Command, ParameterSet, Poll, Query
 from stagewire._devices.values import Values
 from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._framings.slots.protocol import CommandProtocol
@@ -166,6 +166,12 @@ class Positions:
         """Return a time in counts of the unit."""
         return int(self.factor * milliseconds**self.exponent + 0.5)
 
+    def number_in(self, message: Message) -> int | None:
+        """Return the position that a reply reports, counted from 1; None if it reports none or several."""
+        bits = getattr(message, self.field)
+        found = [number for number, (_, mask) in enumerate(self.places, 1) if bits & mask]
+        return found[0] if len(found) == 1 else None
+
 
 @dataclass(frozen=True, slots=True)
 class StageReport:
@@ -188,6 +194,20 @@ class StageReport:
     def id_in(self, message: Message) -> int:
         """Return the id in a message."""
         return int(getattr(message, self.field.partition(".")[2]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Updates:
+    """The status messages that a unit sends unsolicited.
+
+    :param start: command that starts them.
+    :param stop: command that stops them.
+    :param messages: their classes.
+    """
+
+    start: Command
+    stop: Command
+    messages: tuple[type[Message], ...]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -357,6 +377,18 @@ class Facts:
             for table in tables
             if isinstance(table, ParameterSet) and table.set is not None
         }
+
+    def updates(self, unit: Unit) -> Updates | None:
+        """Return how a unit is made to send status messages; None if it sends none."""
+        tables = vars(import_module(f"{self.package}.devices.tables")).values()
+        commands = [table for table in tables if isinstance(table, Command)]
+        for stop, starters in unit.farewell.items():
+            for start in (table for table in commands if table.message in starters):
+                started = tuple(cls for cls in start.starts if cls.layout.message in unit.messages)
+                ends = [table for table in commands if table.message is stop]
+                if started and ends:
+                    return Updates(start, ends[0], started)
+        return None
 
     def telling(self, unit: Unit) -> Iterator[tuple[Setting, Told]]:
         """Yield every setting of a unit with the messages that report it."""

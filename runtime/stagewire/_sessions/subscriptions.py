@@ -59,7 +59,18 @@ class _Ended(Generic[_T]):
         event = self._queue.take()
         return None if event is None else self._read(event)
 
-    def _check(self) -> None:
+    def call_on_event(self, function: Callable[[], object]) -> None:
+        """Also call a function, which must be fast, when an event is queued or no more events will follow."""
+        wake = self._queue.on_event
+
+        def on_event() -> None:
+            if wake is not None:
+                wake()
+            function()
+
+        self._queue.on_event = on_event
+
+    def check(self) -> None:
         """Raise if no more events will follow."""
         if self._queue.error is not None:
             raise self._queue.error
@@ -107,7 +118,7 @@ class BlockingSubscription(_Ended[_T], Closing):
                 if (event := self._queue.take()) is not None:
                     return self._read(event)
                 driver._check_usable()
-                self._check()
+                self.check()
                 if not driver.now() < until:  # also true for NaN
                     raise _nothing(timeout)
                 driver._wait(waiter, until)
@@ -160,7 +171,7 @@ class AsyncSubscription(_Ended[_T]):
         until = math.inf if timeout is None else driver.now() + timeout
         while (event := self._queue.take()) is None:
             driver._check_usable()
-            self._check()
+            self.check()
             left = until - driver.now()
             if not left > 0:
                 raise _nothing(timeout)

@@ -41,6 +41,7 @@ from stagewire_apt import (
 )
 from stagewire_apt import enumerations as e
 from stagewire_apt import messages as m
+from stagewire_ms2000 import MS2000
 from stagewire_virtual import stepped
 
 STOP = m.MotMoveStop(1, e.StopMode.PROFILED).pack(0x50, 0x01)
@@ -463,6 +464,20 @@ def test_after_an_exception_no_message_is_sent_that_the_unit_does_not_have() -> 
     line = line_to(virtual.K10CR1())
     aborted(line, K10CR1.open(line))
     assert line.raw == STOP + STOP_UPDATES
+
+
+def test_after_an_exception_an_axis_of_an_ms2000_is_stopped() -> None:
+    line = line_to(virtual.MS2000())
+
+    def use() -> None:
+        with MS2000.open(line) as ms2000, ms2000.low_level():
+            ms2000.axis("X").start_move_absolute(um=5000)
+            line.forget()
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        use()
+    assert line.raw == bytes.fromhex("ff41 ff42 18423a ff41")  # text, the stop in low level, text
 
 
 def test_after_an_exception_in_asyncio_the_connection_is_ended(tmp_path: Path) -> None:

@@ -197,6 +197,18 @@ def test_status_messages_arrive_at_their_rate_in_stepped_time() -> None:
     assert gaps == {0.1}
 
 
+def test_no_stepped_time_passes_while_a_function_runs_in_a_thread() -> None:
+    async def main() -> float:
+        loop, released = asyncio.get_running_loop(), threading.Event()
+        running = asyncio.create_task(asyncio.to_thread(released.wait))
+        loop.call_later(100, lambda: None)
+        threading.Timer(0.05, released.set).start()
+        await running
+        return loop.time()
+
+    assert stepped.run(main()) == 0
+
+
 @pytest.mark.parametrize("seconds", [600, pytest.param(3600, marks=pytest.mark.matrix)])
 def test_stepped_time_passes_immediately_in_an_event_loop(seconds: int) -> None:
     async def main() -> tuple[float, list[Any]]:

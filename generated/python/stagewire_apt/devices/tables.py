@@ -1947,9 +1947,24 @@ START_UPDATES = Command(
     "start_updates",
     message=m.HwStartUpdateMsgs,
     given=(Given("update_rate", "update_rate", minimum=0, maximum=255, default=10),),
+    starts=(
+        m.MotGetStatusUpdate,
+        m.MotGetStatusUpdateLong,
+        m.MotGetDcStatusUpdate,
+        m.PzGetPzStatusUpdate,
+    ),
 )
 
-STOP_UPDATES = Command("stop_updates", message=m.HwStopUpdateMsgs)
+STOP_UPDATES = Command(
+    "stop_updates",
+    message=m.HwStopUpdateMsgs,
+    stops=(
+        m.MotGetStatusUpdate,
+        m.MotGetStatusUpdateLong,
+        m.MotGetDcStatusUpdate,
+        m.PzGetPzStatusUpdate,
+    ),
+)
 
 IDENTIFY = Command("identify", message=m.ModIdentify)
 
@@ -2139,6 +2154,8 @@ SUSPEND_END_OF_MOVE_MSGS = Command(
         m.MotMoveCompletedHeader,
         m.MotMoveCompletedUndecided,
         m.MotMoveHomed,
+        m.HwResponse,
+        m.HwRichResponse,
     ),
 )
 
@@ -2155,6 +2172,8 @@ RESUME_END_OF_MOVE_MSGS = Command(
         m.MotMoveCompletedHeader,
         m.MotMoveCompletedUndecided,
         m.MotMoveHomed,
+        m.HwResponse,
+        m.HwRichResponse,
     ),
 )
 

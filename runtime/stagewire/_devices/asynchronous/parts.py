@@ -5,11 +5,13 @@ The devices are in :mod:`stagewire._devices.asynchronous.devices`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar, overload
 
 from stagewire._codec.events import Event
 from stagewire._devices.asynchronous import calls, defaults, motion, readiness, snapshots, status
+from stagewire._devices.asynchronous.recorder import Recorder
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.event_filter import EventFilter, First, Second, Third
 from stagewire._devices.structure import ChannelsBase, PartBase
@@ -160,6 +162,38 @@ class Part(PartBase):
         """
         events = EventFilter(self._at, wanted)
         return self.session.subscribe_as(events.read, events.wanted, limit, self._source)
+
+    def record(
+        self,
+        to: str | Path | Callable[[dict[str, Any]], object],
+        *,
+        overwrite: bool = False,
+        poll: float = 0.2,
+        listen: bool = False,
+    ) -> Recorder:
+        """Record every status within a block, in engineering units: ``async with tdc.record("run.csv"):``.
+
+        Other calls, such as moves, continue. Status updates are started for the block, unless they were
+        on before; nothing else is sent. A unit that sends none is polled. For a device with several channels,
+        bays or axes, the column ``part`` names the one of each row.
+
+        A line of a CSV file is written within a second, and is kept if the process is killed. A Parquet file
+        is written at the end of the block, and is lost if the process is killed.
+
+        :param to: file that ends in ``.csv`` or ``.parquet``; or a function that is called with each row, a
+            dictionary of column and value. It must be fast.
+        :param overwrite: whether to replace an existing file.
+        :param poll: seconds between two requests to a unit that sends no updates.
+        :param listen: whether to send nothing, and record what another program on a shared line asks for.
+
+        Entering the block raises :class:`~stagewire.errors.RecordingError` for a file that exists or cannot
+        be created, and :class:`~stagewire.errors.UnsupportedError` for a unit that reports no status.
+
+        Leaving the block raises :class:`~stagewire.errors.RecordingError` if the recording is incomplete,
+        such as after a loss of the line or on a full disk. If the block itself raises an error, that error is
+        kept and gets a note.
+        """
+        return Recorder(self._places(), to, overwrite=overwrite, poll=poll, listen=listen)
 
 
 class Channel(Part):

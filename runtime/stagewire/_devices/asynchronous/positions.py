@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 from stagewire._devices.arguments import number_of
 from stagewire._devices.asynchronous.calls import change, look, query, send_starting
@@ -104,10 +104,7 @@ async def _reached(
 
 
 async def _read(endpoint: Endpoint, positions: Positions, seconds: float) -> int | None:
-    message: Any = (await look(endpoint, positions.read, seconds)).message
-    bits = getattr(message, positions.field)
-    found = [number for number, (_, mask) in enumerate(positions.places, 1) if bits & mask]
-    return found[0] if len(found) == 1 else None
+    return positions.number_in((await look(endpoint, positions.read, seconds)).message)
 
 
 def _checked(what: str, positions: Positions, position: object) -> int:

@@ -94,6 +94,11 @@ def _request_of(
     return table.req, (table.get, *(get for get, _ in table.others))
 
 
+def replies_of(table: ParameterSet[Any] | Query[Any]) -> tuple[type[Message], ...]:
+    """Return the classes of the replies to a request for values."""
+    return _request_of(table)[1]
+
+
 def _shown_at_rest(endpoint: Endpoint, message: Message) -> Running | None:
     """Return the motion whose end is unknown, if a status shows that nothing moves.
 

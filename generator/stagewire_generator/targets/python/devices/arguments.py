@@ -20,8 +20,8 @@ METHODS = frozenset(keyword.kwlist) | frozenset({
     "apply_stage_defaults", "axis", "axis_class", "bay", "bay_class", "bays", "channel", "channel_class",
     "channels", "close", "disable", "e", "enable", "f", "facts", "info", "is_enabled", "is_homed",
     "is_moving", "left_moving", "low_level", "mode", "move_to", "mro", "open", "position", "position_counts",
-    "position_deg", "position_mm", "reconnect", "restore", "scales", "serial_number", "session",
-    "set_transit_time", "snapshot", "subscribe", "t", "text", "transit_time", "unit", "url", "v",
+    "position_deg", "position_mm", "reconnect", "record", "restore", "scales", "serial_number",
+    "session", "set_transit_time", "snapshot", "subscribe", "t", "text", "transit_time", "unit", "url", "v",
     "values", "wait_for"
 })  # fmt: skip
 # Names that arguments of methods, and attributes of the values they return, cannot have.

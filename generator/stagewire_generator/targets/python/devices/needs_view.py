@@ -63,7 +63,7 @@ def farewell_entries(protocol: Protocol, unit: UnitPlan) -> Iterator[Source]:
             started = [m for m in starters if stopped & set(m.exchange.get("starts", ()))]
             if not started:
                 continue
-        elif message.effect == "connection" and _is_bare(message):
+        elif message.effect == "connection" and not message.switches_to and _is_bare(message):
             started = []
         else:
             continue

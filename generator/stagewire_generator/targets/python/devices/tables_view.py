@@ -47,12 +47,6 @@ class TableWriter:
 
     def __init__(self, plan: Plan) -> None:
         self._messages = {message.name: message for message in plan.protocol.messages}
-        self._ends = {
-            name
-            for m in plan.protocol.messages
-            for key in _ENDS
-            for name in m.exchange.get(key, ())
-        }
         self.calls = sorted(plan.calls, key=lambda call: _RANK.get(call.kind, 2))
         self._of: dict[str, Call] = {}
         for call in self.calls:
@@ -146,9 +140,8 @@ class TableWriter:
         if targets and call.kind == "action":
             yield f"target={literal(targets[0])}"
         for key in ("stops", "starts"):
-            muted = [name for name in exchange.get(key, ()) if name in self._ends]
-            if muted:
-                yield _tuple(f"{key}=", self._classes(muted))
+            if key in exchange:
+                yield _tuple(f"{key}=", self._classes(exchange[key]))
 
     def _classes(self, names: Iterable[str]) -> Iterator[str]:
         """Yield the classes of messages in all their forms."""

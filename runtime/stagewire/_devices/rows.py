@@ -1,0 +1,131 @@
+"""Statuses as the rows of a table: one column for each number, in engineering units, and for each bit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, TypeAlias
+
+from stagewire._codec.message import Message
+from stagewire._devices.scales import Scales
+from stagewire._devices.unit import Unit
+from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw, Values
+from stagewire.errors import UnknownScaleError
+
+Row: TypeAlias = dict[str, Any]
+"""Column -> value. ``None`` means that the status has no such value."""
+
+TIME, CLOCK, PART = "time_s", "wall_clock", "part"
+_MOVING, _POSITION, _COUNTS = "moving", "position", "_counts"
+
+
+class Rows:
+    """The columns of the statuses of some parts of a controller, and a row for each status.
+
+    :param unit: the controller.
+    :param kinds: classes of its status messages -> the classes of their values.
+    :param scales: part -> its scales; they decide which columns are in engineering units.
+    :param channel: field for the channel, which is not a column; None: no message has one.
+    """
+
+    def __init__(
+        self,
+        unit: Unit,
+        kinds: Mapping[type[Message], type[Values[Any]]],
+        scales: Mapping[str, Scales],
+        channel: str | None,
+    ) -> None:
+        self._unit = unit
+        self._channel = channel
+        self._several = len(scales) > 1
+        self.columns: dict[str, type] = {TIME: float, CLOCK: str}
+        """The names of the columns, in order, and their types; a number in units ends in its unit."""
+        if self._several:
+            self.columns[PART] = str
+        for message, values in kinds.items():
+            for one in scales.values():
+                for name, kind, _ in self._columns(message, values, one):
+                    self.columns.setdefault(name, kind)
+
+    def row(self, part: str, status: Values[Any], begin: float) -> Row:
+        """Return the row of a status.
+
+        :param part: name of the part that sent it, such as ``bay 2``.
+        :param begin: when the recording began, in the time of the session.
+        """
+        row: Row = dict.fromkeys(self.columns)
+        row[TIME] = round(status.received - begin, 6)
+        row[CLOCK] = status.received_at.isoformat(timespec="milliseconds")
+        if self._several:
+            row[PART] = part
+        for name, value in self._values(status):
+            if name in row:
+                row[name] = value
+        return row
+
+    def _columns(
+        self, message: type[Message], values: type[Values[Any]], scales: Scales
+    ) -> Iterator[tuple[str, type, str]]:
+        """Yield the columns of a status message, each with its type and the name of its value."""
+        described = {name: vars(values)[name] for name in values.names}
+        in_units = {
+            one.field: name
+            for name, one in reversed(described.items())
+            if isinstance(one, InUnits) and _is_known(one, scales)
+        }
+        scaled = {one.field for one in described.values() if isinstance(one, InUnits)}
+        if self._unit.positions is not None:
+            yield _POSITION, int, ""
+        for name, one in described.items():
+            if one.field not in message.layout.fields or one.field == self._channel:
+                continue
+            if isinstance(one, Bits | BitsByUnit):
+                bits = _names_of(one, scales)
+                if _MOVING not in bits and message in self._unit.moving:
+                    yield _MOVING, bool, name
+                yield from ((bit, bool, name) for bit in bits)
+            elif isinstance(one, InUnits):
+                if in_units.get(one.field) == name:
+                    yield _with_quantity(one, name), float, name
+            elif one.field not in scaled:
+                yield name, int if isinstance(one, Raw) else str, name
+            elif one.field not in in_units and isinstance(one, Raw):
+                yield name + _COUNTS, int, name
+
+    def _values(self, status: Values[Any]) -> Iterator[tuple[str, Any]]:
+        """Yield the values of a status by column."""
+        message, unit = status.message, self._unit
+        positions = unit.positions
+        for column, kind, name in self._columns(type(message), type(status), status.scales):
+            if not name and positions is not None:
+                yield column, positions.number_in(message)
+                continue
+            value = getattr(status, name)
+            if isinstance(vars(type(status))[name], Bits | BitsByUnit):
+                if column in value.bits:
+                    value = column in value.names
+                else:
+                    value = bool(value & unit.moving[type(message)][1])
+            yield column, getattr(value, "name", str(value)) if kind is str else value
+
+
+def _with_quantity(described: InUnits, name: str) -> str:
+    """Return the name of a value; one that is only a unit, such as ``um``, gets the name of its field."""
+    return name if "_" in name else f"{described.field}_{name}"
+
+
+def _is_known(described: InUnits, scales: Scales) -> bool:
+    if scales.unit_instead(described.quantity, described.unit):
+        return False
+    try:
+        scales.of(described.quantity, described.unit)
+    except UnknownScaleError:
+        return False
+    return True
+
+
+def _names_of(described: Any, scales: Scales) -> Iterable[str]:
+    """Return the names of the bits of a value."""
+    table = described.table
+    if isinstance(described, BitsByUnit):
+        table = described.units.get(scales.unit, table)
+    return tuple(table(0).bits)
