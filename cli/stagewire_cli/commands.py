@@ -20,6 +20,7 @@ GROUPS: Final = {
     "Your controller": (
         Row(("list", "doctor"), "List controllers; find out why one does not answer."),
         Row(("monitor",), "Show the status of a controller live; nothing moves."),
+        Row(("panel",), "Watch and move several axes; the space bar stops them all."),
         Row(("move", "home", "jog"), "Move one axis, and wait for the end of the motion."),
         Row(("stop",), "Stop all axes, or only one, without asking."),
     ),
@@ -56,6 +57,7 @@ _PLACES: Final = {
     "list": ("discovery", "list_ports", "LIST_EXAMPLE"),
     "monitor": ("monitor", "monitor", "EXAMPLE"),
     "move": ("motion", "move", "MOVE_EXAMPLE"),
+    "panel": ("panel", "panel", "EXAMPLE"),
     "schemas": ("generate", "schemas", "SCHEMAS_EXAMPLE"),
     "show": ("show", "show", "EXAMPLE"),
     "stop": ("motion", "stop", "STOP_EXAMPLE"),
