@@ -1,7 +1,7 @@
 """Draw the pictures of ``stagewire panel`` in the documentation: ``python tools/panel_pictures.py``.
 
-The pictures show virtual controllers in states that are set here, so they are always the same. A test compares
-them with the files.
+The pictures show virtual controllers in states that are set here, so they are always the same. A test
+compares them with the files.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
 
-from stagewire_apt import stages
 from stagewire_cli.panel.app import PanelApp
 from stagewire_cli.panel.axis import Axis
 from stagewire_cli.panel.session import _axes_of
@@ -25,7 +24,7 @@ IMAGES = Path(__file__).parent.parent / "docs/images"
 
 def _axes(stack: ExitStack) -> list[Axis]:
     """Open virtual controllers, and return their axes in the states of the pictures."""
-    from stagewire_apt import BBD102, KDC101
+    from stagewire_apt import KDC101
     from stagewire_ms2000 import MS2000
 
     kdc = stack.enter_context(

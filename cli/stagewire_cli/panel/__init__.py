@@ -1,6 +1,6 @@
 """``stagewire panel``: watch and move several axes on one screen, with one key that stops them all.
 
-``axis.py`` and ``stops.py`` work without Textual. ``app.py``, ``card.py`` and ``dialogues.py`` draw the screen.
+``axis.py`` and ``stops.py`` work without Textual. ``app.py``, ``card.py`` and ``dialogues.py`` draw.
 """
 
 from __future__ import annotations

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
-from typing import Any, Final
+from typing import ClassVar, Final
 
 from rich.text import Text
 from textual import events
 from textual.app import App, ComposeResult
-from textual.binding import Binding
+from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.driver import Driver
 from textual.message import Message
@@ -66,7 +65,7 @@ class PanelApp(App[None]):
     CSS_PATH = "panel.tcss"
     TITLE = "Stagewire panel"
     ENABLE_COMMAND_PALETTE = False
-    BINDINGS = [
+    BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space,escape", "stop", priority=True, show=False),
         Binding("ctrl+c,ctrl+q", "quit", priority=True, show=False),
         Binding("q", "quit", show=False),

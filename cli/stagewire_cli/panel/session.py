@@ -20,7 +20,10 @@ from stagewire_cli.panel.axis import MOTION_TIMEOUT, Axis
 from stagewire_cli.panel.stops import Stops
 
 _MISSING: Final = "panel requires textual; install it with pip install 'stagewire[panel]'"
-_NO_TERMINAL: Final = "panel needs a terminal for its keys and its screen; without one, use stagewire monitor, move or stop"
+_NO_TERMINAL: Final = (
+    "panel needs a terminal for its keys and its screen; without one, use stagewire monitor, move "
+    "or stop"
+)
 _PATIENCE: Final = 2.0
 """Seconds to wait at the end for the answers to the stops."""
 _SIGNALS: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
