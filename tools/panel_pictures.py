@@ -1,7 +1,7 @@
-"""Draw the pictures of ``stagewire panel`` in the documentation: ``python tools/panel_pictures.py``.
+"""Draw the pictures of ``stagewire panel`` in the documentation.
 
-The pictures show virtual controllers in states that are set here, so they are always the same. A test
-compares them with the files.
+``python tools/panel_pictures.py`` writes them. They show virtual controllers in states that are set here, so
+their text is always the same, and a test compares it.
 """
 
 from __future__ import annotations
@@ -9,88 +9,106 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from unittest.mock import patch
+from typing import Final
 
 from stagewire_cli.panel.app import PanelApp
 from stagewire_cli.panel.axis import Axis
-from stagewire_cli.panel.session import _axes_of
+from stagewire_cli.panel.session import Line, axes_of
 from stagewire_cli.panel.stops import Stops
 from stagewire_cli.status import Value
 
-IMAGES = Path(__file__).parent.parent / "docs/images"
+IMAGES: Final = Path(__file__).parents[1] / "docs" / "images"
+LINES: Final = Line.each(
+    [
+        "virtual://KDC101?stage=MTS50-Z8&serial_number=27000001",
+        "virtual://KDC101?stage=PRM1-Z8&serial_number=27000002",
+        "virtual://MS2000",
+    ],
+    unit=["KDC101", "KDC101", "MS2000"],
+    stage=["MTS50-Z8", "PRM1-Z8", None],
+    travel=["50", None, None],
+)
 
 
-def _axes(stack: ExitStack) -> list[Axis]:
-    """Open virtual controllers, and return their axes in the states of the pictures."""
-    from stagewire_apt import KDC101
-    from stagewire_ms2000 import MS2000
-
-    kdc = stack.enter_context(
-        KDC101.open(
-            "virtual://KDC101?stage=MTS50-Z8&serial_number=27000001",
-            stage="MTS50-Z8",
-            travel_mm=50,
-        )
+def _moving(axes: list[Axis]) -> None:
+    """Put the axes into the states of the pictures."""
+    linear, rotary, microscope = axes
+    linear.view = replace(
+        linear.view,
+        position=Value(18.4213, "mm"),
+        moving=True,
+        homed=True,
+        action="go to 25 mm",
     )
-    rotary = stack.enter_context(
-        KDC101.open("virtual://KDC101?stage=PRM1-Z8&serial_number=27000002", stage="PRM1-Z8")
-    )
-    asi = stack.enter_context(MS2000.open("virtual://MS2000"))
-    stack.enter_context(asi.low_level())
-    first, second, third, *_ = [
-        axis for device in (kdc, rotary, asi) for axis in _axes_of(device, device.url)[0]
-    ]
-    first.view = replace(
-        first.view, position=Value(18.4213, "mm"), moving=True, homed=True, action="go to 25 mm"
-    )
-    second.view = replace(
-        second.view,
+    rotary.view = replace(
+        rotary.view,
         position=Value(-12.5, "deg"),
-        homed=False,
         alerts=("forward_hardware_limit",),
-        note="jog +10 deg: stopped at -12.5000 deg",
+        note="jog -10 deg: stopped at -12.5000 deg",
     )
-    third.view = replace(third.view, position=Value(1200.0, "um"))
-    return [first, second, third]
+    microscope.view = replace(microscope.view, position=Value(1200.0, "um"))
 
 
-async def _draw(
-    size: tuple[int, int], *keys: str, edit: Callable[[list[Axis]], None] | None = None
-) -> str:
+def _lost(axes: list[Axis]) -> None:
+    """Put them into the same states, and lose the second line."""
+    _moving(axes)
+    note = "/dev/ttyUSB1: the port was unplugged"
+    axes[1].view = replace(axes[1].view, lost=True, silent="lost", failed=True, note=note)
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture of the panel.
+
+    :param size: columns and rows of the terminal.
+    :param put: a function that puts the axes into their states.
+    :param keys: the keys to press before it is drawn.
+    """
+
+    size: tuple[int, int]
+    put: Callable[[list[Axis]], None]
+    keys: tuple[str, ...] = ()
+
+
+PICTURES: Final = {
+    "panel.svg": Picture((100, 30), _moving),
+    "panel-go-to.svg": Picture((80, 24), _moving, ("g", "3", "0")),
+    "panel-lost.svg": Picture((80, 24), _lost, ("down",)),
+}
+"""Name of a file in ``docs/images`` -> its picture."""
+
+
+def svg(picture: Picture) -> str:
+    """Return a picture as SVG."""
+    return asyncio.run(_drawn(picture))
+
+
+async def _drawn(picture: Picture) -> str:
+    from stagewire_cli.devices import opened
+
     with ExitStack() as stack:
-        axes = _axes(stack)
-        if edit is not None:
-            edit(axes)
-        app = PanelApp(axes, Stops(()))
-        async with app.run_test(size=size) as pilot:
-            await pilot.press(*keys)
+        axes = []
+        for line in LINES:
+            device = stack.enter_context(opened(line.url, line.unit, **line.options))
+            axes.append(axes_of(device, line.url)[0][0])
+        picture.put(axes)
+        stops = Stops(())
+        stack.callback(stops.close, 1.0)
+        app = PanelApp(axes, stops)
+        async with app.run_test(size=picture.size) as pilot:
+            await pilot.press(*picture.keys)
             await pilot.pause()
             return app.export_screenshot(title="stagewire panel")
 
 
-def _lost(axes: list[Axis]) -> None:
-    axes[1].view = replace(
-        axes[1].view,
-        lost=True,
-        silent="lost",
-        failed=True,
-        note="/dev/ttyUSB1: the port was unplugged",
-    )
-
-
-def pictures() -> dict[str, str]:
-    """Return each picture as SVG, by the name of its file."""
-    with patch.dict("os.environ", {"TERM": "xterm-256color"}):
-        return {
-            "panel.svg": asyncio.run(_draw((100, 30))),
-            "panel-go-to.svg": asyncio.run(_draw((80, 24), "g", "3", "0")),
-            "panel-lost.svg": asyncio.run(_draw((80, 24), "down", edit=_lost)),
-        }
+def main() -> None:
+    """Write all pictures."""
+    IMAGES.mkdir(exist_ok=True)
+    for name, picture in PICTURES.items():
+        (IMAGES / name).write_text(svg(picture), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    IMAGES.mkdir(exist_ok=True)
-    for name, picture in pictures().items():
-        (IMAGES / name).write_text(picture, encoding="utf-8")
+    main()

@@ -53,7 +53,9 @@ class PositionEntry(ModalScreen[str]):
         with Vertical(classes="dialogue"):
             yield Static(self._title, classes="question", markup=False)
             yield Static(self._text, markup=False)
-            yield PositionInput(placeholder="position", restrict=r"[-+0-9.eEa-z]*")
+            entry = PositionInput(placeholder="position", restrict=r"[-+0-9.eEa-z]*")
+            entry.cursor_blink = False
+            yield entry
             yield Static("Enter: go    Space or Esc: stop all, cancel", classes="answers")
 
     def on_input_submitted(self, event: Input.Submitted) -> None:

@@ -113,7 +113,7 @@ def opened_axes(
                     **line.options,
                 )
             )
-            found, silent = _axes_of(device, line.url)
+            found, silent = axes_of(device, line.url)
             axes += found
             left_out += silent
         stops = Stops(axes)
@@ -127,7 +127,7 @@ def opened_axes(
                 axis.close(_PATIENCE)
 
 
-def _axes_of(device: Any, url: str) -> tuple[list[Axis], list[str]]:
+def axes_of(device: Any, url: str) -> tuple[list[Axis], list[str]]:
     """Return the axes of a controller, and the names of those that do not answer, such as empty bays."""
     title = title_of(device).replace(", serial number", "")
     found: list[Axis] = []
