@@ -20,7 +20,7 @@ GROUPS: Final = {
     "Your controller": (
         Row(("list", "doctor"), "List controllers; find out why one does not answer."),
         Row(("monitor",), "Show the status of a controller live; nothing moves."),
-        Row(("panel",), "Watch and move several axes; the space bar stops them all."),
+        Row(("panel",), "Move several axes; the space bar stops them all."),
         Row(("move", "home", "jog"), "Move one axis, and wait for the end of the motion."),
         Row(("stop",), "Stop all axes, or only one, without asking."),
     ),

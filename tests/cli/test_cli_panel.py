@@ -90,6 +90,23 @@ async def test_an_axis_of_an_ms2000_jogs_without_a_message_for_distances(monkey:
         await panel.until(lambda: "at -100.0000 um" in panel.axes[1].view.note)
 
 
+@shows
+async def test_keys_without_a_message_are_refused_with_a_reason(monkey: Monkey) -> None:
+    async with shown(monkey, "virtual://MS2000", unit=["MS2000"]) as panel:
+        await panel.press("h")
+        assert "home: this controller has no message for it" in await panel.text()
+        await panel.press("e")
+        assert "enable: this controller has no message for it" in await panel.text()
+
+
+@shows
+async def test_an_empty_bay_is_left_out_and_named(monkey: Monkey) -> None:
+    url = "virtual://BBD103?empty_bays=1"
+    async with shown(monkey, url, unit=["BBD103"], size=(100, 30)) as panel:
+        assert [axis.name.split()[-1] for axis in panel.axes] == ["1", "3"]
+        assert "no answer when opened: BBD103" in await panel.text()
+
+
 # Motions
 
 

@@ -165,7 +165,7 @@ class PanelApp(App[None]):
         """Home the chosen axis, after a question."""
         axis = self.axis
         if not axis.can_home:
-            self.notify(f"{axis.name} has no message for homing.", severity="warning")
+            axis.refuse("home: this controller has no message for it")
             return
         text = "It moves with the direction, limit switch and speed stored in the controller."
         self._asked(f"Home {axis.name}?", text, axis.home)
@@ -175,7 +175,7 @@ class PanelApp(App[None]):
         axis = self.axis
         enabled = axis.view.enabled
         if enabled is None:
-            self.notify(f"{axis.name} cannot be enabled or disabled.", severity="warning")
+            axis.refuse("enable: this controller has no message for it")
         elif enabled:
             text = "The motor releases its load."
             self._asked(f"Disable {axis.name}?", text, lambda: axis.enable(False))

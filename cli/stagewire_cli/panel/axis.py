@@ -45,7 +45,7 @@ _ALERTS: Final = ("_limit", "_error", "_fault")
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What the screen shows of an axis.
+    """The state of an axis, as the screen shows it.
 
     :param position: None before the first status.
     :param moving: None if the unit does not report it.
@@ -150,11 +150,11 @@ class Axis:
         self._ask(f"jog {'+' if direction > 0 else '-'}{self.step}", lambda: self._by(way), True)
 
     def go_to(self, text: str) -> None:
-        """Move to a typed position; a position that is no number is noted."""
+        """Move to a typed position, or show that it is not a number."""
         try:
             target = parse(text, self.unit)
         except StagewireError as error:
-            self._note(str(error), failed=True)
+            self.refuse(str(error))
             return
         start = self.part.start_move_absolute
         what = f"go to {float(target):.10g} {self.unit}"
@@ -170,6 +170,10 @@ class Axis:
             "enable" if on else "disable", self.part.enable if on else self.part.disable, False
         )
 
+    def refuse(self, why: str) -> None:
+        """Show why an action was not asked for."""
+        self._note(why, failed=True)
+
     def _ask(self, what: str, call: Callable[[], Any], moves: bool) -> None:
         """Hand over a command, or note why it is refused."""
         with self._lock:
@@ -184,7 +188,7 @@ class Axis:
                 self.view = replace(self.view, action=what, note="", failed=False)
                 self._commands.put(_Command(what, call, moves, self._stops))
                 return
-        self._note(refused, failed=True)
+        self.refuse(refused)
 
     # From the threads of the stops
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from rich.cells import cell_len
 from rich.text import Text
 from textual.reactive import reactive
@@ -10,7 +12,8 @@ from textual.widgets import Static
 from stagewire_cli.output import printable
 from stagewire_cli.panel.axis import Axis, View
 
-_MARGIN = 2
+_MARGIN: Final = 2
+_BAD: Final = "bold white on red"
 
 
 class AxisCard(Static):
@@ -58,11 +61,11 @@ def card_text(axis: Axis, width: int, *, chosen: bool) -> Text:
     lines = [_sides(Text(name, "bold"), _position(axis), width)]
     lines.append(_sides(Text("  ").append(_travel(axis, width)), _state(view), width))
     words = [*_words(view), Text(f"step {axis.step}", "dim")]
-    lines.append(Text("  ").append_text(Text(" · ", "dim").join(words)))
+    lines.append(Text("  ").append_text(Text(" · ").join(words)))
     note = printable(view.silent if view.silent and not view.lost else view.note or view.silent)
     if note:
         bad = view.failed or view.silent
-        lines.append(Text("  ").append("! " if bad else "", "bold red").append(note))
+        lines.append(Text("  ").append("! " if bad else "", "bold").append(note))
     return Text("\n").join(lines)
 
 
@@ -76,9 +79,9 @@ def _position(axis: Axis) -> Text:
 
 def _state(view: View) -> Text:
     if view.lost:
-        return Text("✗ line lost", "bold red")
+        return Text("✗ line lost", _BAD)
     if view.silent:
-        return Text("? no answer", "bold red")
+        return Text("? no answer", _BAD)
     if view.action or view.moving:
         return Text(f"● {view.action or 'moving'}", "bold yellow")
     return Text("○ at rest", "green") if view.moving is False else Text("")
