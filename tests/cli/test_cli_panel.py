@@ -17,6 +17,8 @@ from textual import events
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.panel import axis as axis_module
 from stagewire_cli.panel import session
+from stagewire_cli.panel.amounts import travel_of
+from stagewire_cli.panel.card import AxisCard
 from stagewire_cli.panel.session import Line
 
 if TYPE_CHECKING:
@@ -172,6 +174,31 @@ async def test_a_channel_is_disabled_and_enabled_after_a_confirmation(monkey: Mo
         assert "disabled" in await panel.text()
         await panel.press("e", "y")
         await panel.until(lambda: panel.axes[0].view.enabled is True)
+
+
+@shows
+async def test_a_jog_beyond_the_travel_is_refused(monkey: Monkey) -> None:
+    async with shown(monkey, Z8, **ON_Z8) as panel:
+        await panel.press("left")
+        await panel.until(lambda: panel.axes[0].view.failed)
+        assert "is outside the travel, 0 to 12 mm; nothing was sent" in await panel.text()
+        assert panel.links[0].moves() == []
+
+
+@pytest.mark.parametrize(
+    ("described", "unit", "travel"),
+    [
+        ("  travel: -5 to 5 mm (set by travel_mm)", "mm", ((-5, 5), "-5 to 5 mm")),
+        ("  travel: -1 to 1 mm (set by travel_mm)", "um", ((-1000, 1000), "-1000 to 1000 um")),
+        ("  limits of the controller: 0 to 110 mm after homing (X)", "mm", ((0, 110), "0 to 110 mm")),
+        ("  limits of the controller: 0 to 9 counts (X)", "counts", ((0, 9), "0 to 9 counts")),
+        ("  travel: 25 mm (Z825B, the vendor)", "mm", (None, "25 mm long, ends unknown")),
+        ("  travel: endless (PRM1_Z8, the vendor)", "deg", (None, "endless")),
+        ("  travel: unknown; not checked", "mm", (None, "unknown")),
+    ],
+)  # fmt: skip
+def test_the_travel_is_that_of_the_library(described: str, unit: str, travel: object) -> None:
+    assert travel_of(described, unit) == travel
 
 
 @shows
@@ -386,7 +413,8 @@ def test_an_error_of_the_screen_stops_all_axes(monkeypatch: Monkey) -> None:
             links.extend(panel.links)
             await go_to(panel, "10")
             await panel.until(lambda: len(panel.links[0].moves()) == 1)
-            raise ZeroDivisionError
+            monkey.setattr(AxisCard, "look", lambda card: 1 / 0)
+            await panel.until(lambda: not panel.app.is_running)
 
     with pytest.raises(ZeroDivisionError):
         fail(monkeypatch)

@@ -204,9 +204,12 @@ class Axis:
         except (TransportError, SessionClosedError) as error:
             self._lost(error)
         except ReplyTimeoutError:
-            self._note(
-                "the stop was sent but not answered, so the axis may still move", failed=True
-            )
+            if self.view.moving is False and not self.view.silent:  # it does not answer at rest
+                self._note("stop was sent", failed=False)
+            else:
+                self._note(
+                    "the stop was sent but not answered, so the axis may still move", failed=True
+                )
         except StagewireError as error:
             self._note(f"the stop failed: {error}", failed=True)
         else:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
+from queue import SimpleQueue
 from types import FrameType
 from typing import Any, Final
 
@@ -155,16 +157,27 @@ def axes_of(device: Any, url: str) -> tuple[list[Axis], list[str]]:
 def _ended_by_signals(stops: Stops, end: Callable[[], None]) -> Iterator[list[int]]:
     """Let signals stop all axes and end the panel in a block; yield the list of those received.
 
-    The handler only puts an order into a queue: it may have interrupted a call of a session, which it could
-    not call.
+    The handler only puts orders into queues: it may have interrupted a call of a session, which it could not
+    call. If the screen does not end, as when its terminal is gone, the process ends after the stops.
     """
     received: list[int] = []
     before: dict[int, Any] = {}
+    numbers: SimpleQueue[int | None] = SimpleQueue()
+    over = threading.Event()
 
     def handle(number: int, frame: FrameType | None) -> None:
         received.append(number)
         stops.order()
+        numbers.put(number)
         end()
+
+    def force() -> None:
+        number = numbers.get()
+        if number is not None and not over.wait(_PATIENCE):
+            stops.close(_PATIENCE)
+            os._exit(128 + number)
+
+    threading.Thread(target=force, name="panel signals", daemon=True).start()
 
     if threading.current_thread() is threading.main_thread():
         for name in _SIGNALS:
@@ -174,6 +187,8 @@ def _ended_by_signals(stops: Stops, end: Callable[[], None]) -> Iterator[list[in
     try:
         yield received
     finally:
+        over.set()
+        numbers.put(None)
         for number, handler in before.items():
             with suppress(TypeError):  # a handler that was not set by Python
                 signal.signal(number, handler)
