@@ -156,8 +156,7 @@ class PanelApp(App[None]):
     def action_go_to(self) -> None:
         """Ask for a position, and move there."""
         axis = self.axis
-        here = axis.view.position
-        text = f"at {here} · travel {axis.travel}"
+        text = f"at {axis.place()} · travel {axis.travel}"
         entry = PositionEntry(f"Go to position in {axis.unit}: {axis.name}", text)
         self.push_screen(entry, lambda typed: axis.go_to(typed) if typed else None)
 

@@ -130,6 +130,13 @@ class Axis:
         """Whether its unit has a message for homing."""
         return hasattr(self.part, "start_home")
 
+    def place(self) -> str:
+        """Return the position with its unit, for people."""
+        position = self.view.position
+        if position is None:
+            return "an unknown position"
+        return str(position) if position.unit else f"{position} {COUNTS}"
+
     def change_step(self, by: int) -> None:
         """Choose the next larger (1) or smaller (-1) step."""
         self._step = min(max(self._step + by, 0), len(STEPS[self.unit]) - 1)
@@ -250,7 +257,7 @@ class Axis:
             end = self._end_of(motion, command)
         except MotionStoppedError:
             self._poll()
-            self._note(f"{command.what}: stopped at {self._place()}", failed=False)
+            self._note(f"{command.what}: stopped at {self.place()}", failed=False)
         except MotionTimeoutError as error:
             self.stop()
             self._note(f"{command.what}: {error}; a stop was sent", failed=True)
@@ -263,7 +270,7 @@ class Axis:
         else:
             self._poll()
             self._note(
-                f"{command.what}: done after {end.seconds:.2f} s, at {self._place()}", failed=False
+                f"{command.what}: done after {end.seconds:.2f} s, at {self.place()}", failed=False
             )
 
     def _end_of(self, motion: Any, command: _Command) -> Any:
@@ -328,12 +335,6 @@ class Axis:
                 alerts=tuple(flag for flag in flags if flag.endswith(_ALERTS)),
                 silent="",
             )
-
-    def _place(self) -> str:
-        position = self.view.position
-        if position is None:
-            return "an unknown position"
-        return str(position) if position.unit else f"{position} {COUNTS}"
 
     def _note(self, text: str, *, failed: bool) -> None:
         with self._lock:

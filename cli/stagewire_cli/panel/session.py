@@ -198,6 +198,4 @@ def _outcome(axis: Axis) -> str:
     view = axis.view
     if view.lost:
         return "the line was lost; it may still move"
-    return (
-        f"at {view.position or 'an unknown position'}{'; it may still move' if view.moving else ''}"
-    )
+    return f"at {axis.place()}{'; it may still move' if view.moving else ''}"
