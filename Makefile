@@ -27,7 +27,7 @@ WORKERS := $(shell $(PYTHON) -c "import os; print((os.cpu_count() or 1) + 1)")
 # Limit in seconds of the processor time of make test on two cores. make budget and make test-all fail above it.
 BUDGET ?= 540
 
-BENCHMARKS := codec_speed framing_speed commands columns start_up round_trip opening stop_latency silent framing_time \
+BENCHMARKS := codec_speed framing_speed commands columns start_up round_trip opening stop_latency panel_stop silent framing_time \
 	capture_memory framing_experiment c_speed
 SOAKS := virtual_soak many_sessions threads endurance conformance_time
 EXECUTIONS := 10000000

@@ -19,7 +19,7 @@ class Row(NamedTuple):
 GROUPS: Final = {
     "Your controller": (
         Row(("list", "doctor"), "List controllers; find out why one does not answer."),
-        Row(("monitor",), "Show the status of a controller live; nothing moves."),
+        Row(("monitor", "panel"), "Show the status live; move several axes on one screen."),
         Row(("move", "home", "jog"), "Move one axis, and wait for the end of the motion."),
         Row(("stop",), "Stop all axes, or only one, without asking."),
         Row(("serve",), "Share a line: one program writes, any number listen."),
@@ -57,6 +57,7 @@ _PLACES: Final = {
     "list": ("discovery", "list_ports", "LIST_EXAMPLE"),
     "monitor": ("monitor", "monitor", "EXAMPLE"),
     "move": ("motion", "move", "MOVE_EXAMPLE"),
+    "panel": ("panel", "panel", "EXAMPLE"),
     "schemas": ("generate", "schemas", "SCHEMAS_EXAMPLE"),
     "show": ("show", "show", "EXAMPLE"),
     "serve": ("serve", "serve", "EXAMPLE"),

@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from stagewire.devices import InUnits, Raw, Values
+from stagewire.devices import Bits, BitsByUnit, InUnits, Raw, Values
 from stagewire.errors import UnknownScaleError
 
 _STATUS_METHODS = (
@@ -43,6 +43,14 @@ def status_of(part: Any) -> Values[Any] | None:
             values: Values[Any] = method()
             return values
     return None
+
+
+def flags_of(values: Values[Any]) -> tuple[str, ...]:
+    """Return the names of the bits that are set in a status; empty without bits."""
+    for name in values.names:
+        if isinstance(getattr(type(values), name), Bits | BitsByUnit):
+            return tuple(getattr(values, name).names)
+    return ()
 
 
 def numbers_of(values: Values[Any]) -> dict[str, Value]:

@@ -8,15 +8,14 @@ import signal
 import subprocess
 import sys
 import threading
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from attached_controller import URL, Written, attached
+from served_controller import COMMAND, serving, wait_for
 
 import stagewire_virtual as virtual
 from parts import every_nth
@@ -29,7 +28,6 @@ from stagewire_virtual import linking
 if TYPE_CHECKING:
     from conftest import Stagewire
 
-COMMAND = [sys.executable, "-c", "from stagewire_cli.main import run; run()"]
 MOVE_ABSOLUTE, MOVE_RELATIVE, HOME, STOP = (
     bytes.fromhex(id) for id in ("5304", "4804", "4304", "6504")
 )
@@ -488,30 +486,6 @@ def test_a_signal_that_ends_the_command_stops_the_stage(
             process.send_signal(number)
             assert process.wait(30) == -number
         wait_for(log, "MOT_MOVE_STOP")
-
-
-@contextmanager
-def serving(*words: object) -> Iterator[str]:
-    """Serve a virtual controller in a separate process; yield its URL."""
-    with subprocess.Popen(
-        [*COMMAND, "virtual", *map(str, words)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    ) as process:
-        assert process.stdout is not None
-        try:
-            yield process.stdout.readline().rstrip("\n").partition(" at ")[2]
-        finally:
-            process.terminate()
-            process.stdout.read()
-
-
-def wait_for(log: Path, text: str) -> None:
-    end = time.monotonic() + 30
-    while text not in log.read_text():
-        assert time.monotonic() < end
-        time.sleep(0.05)
 
 
 def test_a_move_that_misses_its_target_fails(stagewire: Stagewire) -> None:

@@ -36,7 +36,15 @@ NOT_RUN = {
     "pip install '.[generator]'": "needs the network",
     "pip install '.[numpy,parquet]'": "needs the network",
     "pip install '.[plot]'": "needs the network",
+    "pip install '.[panel]'": "needs the network",
     "pip install '.[conformance]'": "needs the network",
+    'stagewire panel "virtual://TDC001?stage=Z8" "virtual://KDC101?stage=PRM1-Z8"'
+    " --stage Z8 --stage PRM1-Z8": (
+        "needs a terminal; tests/cli/test_cli_panel_terminal.py has one"
+    ),
+    'stagewire panel "virtual://TDC001?stage=Z8" --stage Z8 --travel 12': "needs a terminal",
+    "stagewire panel /dev/ttyUSB0 --unit BBD102 --stage MLS203": "needs a controller",
+    "stagewire panel COM3 COM4 --stage Z825B --travel 25": "needs controllers",
     "stagewire conformance device socket://127.0.0.1:4001 --pics pics.toml --html report.html": (
         "takes a minute; benchmarks/conformance_time.py has complete runs, and the next lines partial ones"
     ),

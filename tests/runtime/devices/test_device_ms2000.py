@@ -138,6 +138,18 @@ def test_a_stop_does_not_wait(ms: MS2000, line: RecordingLink) -> None:
         assert not x.is_moving()
 
 
+def test_after_an_exception_a_moving_axis_is_stopped(line: RecordingLink) -> None:
+    def use() -> None:
+        with MS2000.open(line) as ms, ms.low_level():
+            ms.axis("X").start_move_absolute(um=9000)
+            line.forget()
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        use()
+    assert STOP_X in line.raw.removeprefix(HIGH)
+
+
 def test_a_wait_for_a_long_move_times_out(ms: MS2000) -> None:
     with ms.low_level():
         motion = ms.axis("X").start_move_absolute(um=9000)

@@ -52,7 +52,8 @@ def _needs(message: Message, unit: UnitPlan, readers: dict[str, Call]) -> Iterat
 def farewell_entries(protocol: Protocol, unit: UnitPlan) -> Iterator[Source]:
     """Yield the messages that end what a host has started: status updates, then the connection.
 
-    Each has the messages that start what it ends; without such a message, it ends the connection.
+    Each has the messages that start what it ends; without such a message, it ends the connection. A switch
+    between the formats of a line does not.
     """
     own = [m for m in protocol.messages if m.name in unit.messages and m.direction != "to_host"]
     starters = [m for m in own if m.exchange.get("periodic_ms")]
