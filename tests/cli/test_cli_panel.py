@@ -103,7 +103,7 @@ async def test_keys_without_a_message_are_refused_with_a_reason(monkey: Monkey) 
 
 @shows
 async def test_an_empty_bay_is_left_out_and_named(monkey: Monkey) -> None:
-    url = "virtual://BBD103?empty_bays=1"
+    url = "virtual://BBD103?empty_bays=2"
     async with shown(monkey, url, unit=["BBD103"], size=(100, 30)) as panel:
         assert [axis.name.split()[-1] for axis in panel.axes] == ["1", "3"]
         assert "no answer when opened: BBD103" in await panel.text()

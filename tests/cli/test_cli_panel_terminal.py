@@ -16,12 +16,9 @@ from pathlib import Path
 import pytest
 from served_controller import COMMAND, serving, wait_for
 
-if os.name != "posix":
-    pytest.skip("needs pseudo-terminals", allow_module_level=True)
-
-import fcntl
-import pty
-import termios
+fcntl = pytest.importorskip("fcntl", reason="needs pseudo-terminals")
+pty = pytest.importorskip("pty", reason="needs pseudo-terminals")
+termios = pytest.importorskip("termios", reason="needs pseudo-terminals")
 
 Z8 = ("TDC001", "--stage", "Z8")
 _DRAWINGS = 60

@@ -205,7 +205,11 @@ class Axis:
         self._refused_until = self._clock() + RELEASE
 
     def stop(self) -> None:
-        """Send a stop and wait for its answer; the outcome is noted."""
+        """Send a stop and wait for its answer; the outcome is noted.
+
+        If a motion is under way, the thread of the axis notes where it was stopped.
+        """
+        under_way = self._busy
         try:
             self.part.stop(timeout=_STOP_TIMEOUT)
         except (TransportError, SessionClosedError) as error:
@@ -220,7 +224,8 @@ class Axis:
         except StagewireError as error:
             self._note(f"the stop failed: {error}", failed=True)
         else:
-            self._note("stop was sent", failed=False)
+            if not under_way:
+                self._note("stop was sent", failed=False)
 
     # The thread of the axis
 
