@@ -36,6 +36,7 @@ NOT_RUN = {
     "pip install '.[generator]'": "needs the network",
     "pip install '.[numpy,parquet]'": "needs the network",
     "pip install '.[plot]'": "needs the network",
+    "pip install '.[pandas,pint]'": "needs the network",
     "pip install '.[panel]'": "needs the network",
     "pip install '.[conformance]'": "needs the network",
     'stagewire panel "virtual://TDC001?stage=Z8" "virtual://KDC101?stage=PRM1-Z8"'
