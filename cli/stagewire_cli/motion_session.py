@@ -14,6 +14,7 @@ import typer
 
 from stagewire.errors import (
     ControllerFaultError,
+    LinkOpenError,
     MotionTimeoutError,
     ReplyTimeoutError,
     StagewireError,
@@ -205,19 +206,24 @@ def run_jog(
 
 def run_stop(where: PartAddress, address: int | None = None) -> None:
     """Stop everything; send the stops of all parts before waiting for answers."""
-    with opened(
-        where.url,
-        _unit_to_stop(where),
-        bay=where.bay,
-        address=address,
-        identify=False,
-        motion_timeout=_STOP_TIMEOUT,
-    ) as device:
-        parts = where.parts(device)
-        for part in parts.values():
-            _call(device, part, "stop")
-        with ThreadPoolExecutor(max_workers=len(parts)) as threads:
-            ends = [threads.submit(part.stop) for part in parts.values()]
+    try:
+        with opened(
+            where.url,
+            _unit_to_stop(where),
+            bay=where.bay,
+            address=address,
+            identify=False,
+            motion_timeout=_STOP_TIMEOUT,
+        ) as device:
+            parts = where.parts(device)
+            for part in parts.values():
+                _call(device, part, "stop")
+            with ThreadPoolExecutor(max_workers=len(parts)) as threads:
+                ends = [threads.submit(part.stop) for part in parts.values()]
+    except LinkOpenError as error:
+        raise StagewireError(
+            f"no stop was sent: {error}. If another program has the port, stop the motion there"
+        ) from None
     failed = False
     for name, end in zip(parts, ends, strict=True):
         label, error = name or device.unit.name, end.exception()

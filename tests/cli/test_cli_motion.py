@@ -534,3 +534,9 @@ def test_a_terminal_shows_the_position_of_a_long_motion(
     with virtual.TDC001(stage=stages.Z8, position=34304) as tdc:
         attach(tdc)
         assert re.search(shown, stagewire(*words).err)
+
+
+def test_a_stop_that_cannot_be_sent_says_so(stagewire: Stagewire) -> None:
+    result = stagewire("stop", "/dev/nothing", "--unit", "TDC001")
+    assert result.code == 1
+    assert result.err.startswith("stagewire: no stop was sent: /dev/nothing cannot be opened: ")

@@ -161,10 +161,9 @@ def _holder_of(name: str) -> str:
         with contextlib.suppress(OSError):
             if os.readlink(link) == path:
                 holders.add(link.split("/")[2])
-    if str(os.getpid()) in holders:
-        return "this program itself"
-    found = []
-    for process in sorted(holders, key=int):
+    own = str(os.getpid())
+    found = ["this program itself"] if own in holders else []
+    for process in sorted(holders - {own}, key=int):
         with contextlib.suppress(OSError), open(f"/proc/{process}/comm") as comm:
             found.append(f"{comm.read().strip()} (process {process})")
     return ", ".join(found) or "another program"

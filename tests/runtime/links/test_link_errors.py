@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import socket
+import subprocess
+import sys
 import types
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -106,6 +108,29 @@ class TestPorts:
     def test_a_port_open_in_another_program(self, refused: Open, failing: Open) -> None:
         failing(OSError(errno.EBUSY, "Device or resource busy"))
         assert "it is in use by another program. Close it there" in refused("/dev/ttyUSB7")
+
+    @posix
+    def test_a_port_is_named_with_the_process_that_has_it_open(self, refused: Open) -> None:
+        main, port = os.openpty()
+        name = os.ttyname(port)
+        os.close(port)
+        program = (
+            f"import serial; port = serial.Serial({name!r}, exclusive=True); input(print('open'))"
+        )
+        with subprocess.Popen(
+            [sys.executable, "-uc", program],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        ) as holder:
+            assert holder.stdin is not None
+            assert holder.stdout is not None
+            assert holder.stdout.readline() == "open\n"
+            said = refused(name)
+            holder.stdin.write("\n")
+        os.close(main)
+        assert f"(process {holder.pid}). Close it there" in said
+        assert f"start stagewire serve {name} --tcp 4001" in said
 
     @posix
     @pytest.mark.parametrize("name", ["/dev/null", "/dev", __file__])
