@@ -220,9 +220,9 @@ def run_stop(where: PartAddress, address: int | None = None) -> None:
                 _call(device, part, "stop")
             with ThreadPoolExecutor(max_workers=len(parts)) as threads:
                 ends = [threads.submit(part.stop) for part in parts.values()]
-    except LinkOpenError as error:
+    except LinkOpenError as unopened:
         raise StagewireError(
-            f"no stop was sent: {error}. If another program has the port, stop the motion there"
+            f"no stop was sent: {unopened}. If another program has the port, stop the motion there"
         ) from None
     failed = False
     for name, end in zip(parts, ends, strict=True):
