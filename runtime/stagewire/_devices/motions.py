@@ -54,6 +54,7 @@ class Motions:
 
     def __init__(self) -> None:
         self._running: dict[tuple[int, int | None], Running] = {}
+        self._orders: dict[tuple[int, int | None], int] = {}
 
     def start(self, place: tuple[int, int | None], running: Running) -> None:
         """Add a motion that is about to start; it replaces an earlier one there."""
@@ -77,6 +78,14 @@ class Motions:
         """Remove a motion that has ended, unless another one was started there since."""
         if self._running.get(place) is running:
             self._running.pop(place, None)
+
+    def stopping(self, place: tuple[int, int | None]) -> None:
+        """Record that a stop is about to be sent."""
+        self._orders[place] = self.orders(place) + 1
+
+    def orders(self, place: tuple[int, int | None]) -> int:
+        """Return how many stops were ordered there."""
+        return self._orders.get(place, 0)
 
     def stopped(self, place: tuple[int, int | None]) -> None:
         """Record that a stop was sent, so that nothing there needs to be stopped."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
+from stagewire._devices.synchronous import motion
 from stagewire.errors import (
     BadValueError,
     LimitError,
@@ -366,3 +368,22 @@ def test_a_stored_target_is_not_requested_from_a_unit_without_this_request() -> 
         line.forget()
         tsc.start_move_absolute_stored()
         assert line.raw == m.MotMoveAbsoluteHeader(chan_ident=1).pack(0x50, 0x01)
+
+
+def test_a_motion_that_is_prepared_while_a_stop_is_sent_is_never_sent(
+    tdc: TDC001, line: RecordingLink, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The stop comes from another thread, while the move still reads whether the stage can move."""
+    prepare = motion.check_ready
+
+    def stop_meanwhile(*arguments: Any) -> None:
+        prepare(*arguments)
+        tdc.stop()
+
+    monkeypatch.setattr(motion, "check_ready", stop_meanwhile)
+    with pytest.raises(MotionStoppedError, match="was not sent, because a stop was sent"):
+        tdc.move_absolute(mm=1)
+    monkeypatch.undo()
+    assert "MOT_MOVE_ABSOLUTE" not in line.names(PROTOCOL)
+    tdc.move_absolute(mm=1)
+    assert tdc.position_mm == 1

@@ -173,6 +173,7 @@ def start(endpoint: Endpoint, action: Action, timeout: float | None, given: Keyw
     fields = fields_of(what, action.given, given, endpoint.scales(), of=action.message)
     message = endpoint.message(action.message, fields)
     deadline = endpoint.deadline(seconds)
+    orders = endpoint.connection.motions.orders(endpoint.place)
     try:
         check_ready(endpoint, what, action.message, deadline)
         targets = targets_of(endpoint, what, action, fields, deadline)
@@ -186,12 +187,22 @@ def start(endpoint: Endpoint, action: Action, timeout: float | None, given: Keyw
     if action.poll is not None:
         with endpoint.transport.lock((*endpoint.place, "motion"), what, deadline.left):
             _refuse_second(endpoint, what, action.poll, deadline)
+            _refuse_after_stop(endpoint, what, orders)
             send_starting(endpoint, action, message, running, endpoint.part_of(deadline))
     elif ends is None or endpoint.connection.silenced(endpoint.address, ends.completed):
+        _refuse_after_stop(endpoint, what, orders)
         send_starting(endpoint, action, message, running, endpoint.part_of(deadline))
     else:
+        refuse_left(endpoint, running.what, deadline.left)
+        _refuse_after_stop(endpoint, what, orders)
         _begin(endpoint, message, ends, deadline.left, running)
     return started
+
+
+def _refuse_after_stop(endpoint: Endpoint, what: str, orders: int) -> None:
+    """Raise an error if a stop was ordered since a motion was called; nothing may move after a stop."""
+    if endpoint.connection.motions.orders(endpoint.place) != orders:
+        raise MotionStoppedError(f"{what} was not sent, because a stop was sent in the meantime")
 
 
 def _begin(
@@ -204,7 +215,6 @@ def _begin(
         if not exchange.written or isinstance(exchange.error, MotionStoppedError | None):
             motions.over(place, running)
 
-    refuse_left(endpoint, running.what, seconds)
     before = motions.at(place)
     motions.start(place, running)  # before sending, so that it is stopped if the program ends now
     try:
@@ -280,6 +290,7 @@ def halt(
     except BadValueError as error:  # send the stop first, then raise
         ends, seconds, refused = None, endpoint.seconds(None), error
     began = transport.now()
+    connection.motions.stopping(endpoint.place)
     for _ in range(connection.stops - 1):
         transport.halt(message, None, endpoint.address, seconds)
     reply = transport.halt(message, ends, endpoint.address, seconds)
