@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ import pytest
 import typer
 
 import stagewire as library
+from checkout import ROOT
 from parts import every_nth
 from stagewire.errors import StagewireError
 from stagewire_cli import commands, show
@@ -201,3 +203,18 @@ def test_the_help_of_a_sub_command_does_not_depend_on_imports(name: str) -> None
         return str(part.get_help(part.context_class(part, info_name=name)))
 
     assert said([name]) == said(None)
+
+
+_UNQUOTED = re.compile(r"^[^#\n\"']*(?:\"[^\"\n]*\"[^\"\n]*)*(?<![\"'\w])\w+://[^\s\"']*[?*]", re.M)
+
+
+def test_urls_in_examples_are_quoted_for_zsh(stagewire: Stagewire) -> None:
+    """Without quotes zsh takes the question mark for a pattern of file names."""
+    assert _UNQUOTED.search("stagewire home virtual://TDC001?stage=Z8")
+    assert not _UNQUOTED.search('stagewire home "virtual://TDC001?stage=Z8" --yes')
+    for name in COMMANDS:
+        assert not _UNQUOTED.search(stagewire(*name.split(), "--help").out), name
+    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    for page in pages:
+        for block in re.findall(r"```(?:sh|console)\n(.*?)```", page.read_text("utf-8"), re.S):
+            assert not _UNQUOTED.search(block), page
