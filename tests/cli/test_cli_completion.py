@@ -18,7 +18,7 @@ LINES = {
     "stagewire mon": "monitor",
     "stagewire conformance dev": "device",
     "stagewire move virtual://TDC": "virtual://TDC001",
-    "stagewire move virtual://TDC001 --stag": "--stage",
+    "stagewire move virtual://TDC001 --stag": "--stage --stages",
     "stagewire move virtual://TDC001 --stage LTS150": "LTS150 LTS150C",
     "stagewire monitor --unit tst": "tst001 tst101",
     "stagewire show mot_move_abs": "mot_move_absolute",

@@ -285,7 +285,7 @@ def test_a_device_moves_while_the_command_listens_and_stops_it(stagewire: Stagew
         watched = stagewire(
             "monitor", url, "--unit", "TDC001", "--stage", "Z8", "--listen", "--for", "0.5"
         )
-        assert "position=" in watched.out
+        assert "position_mm=" in watched.out
         motion = tdc.start_move_velocity("FORWARD")
         assert stagewire("stop", url, "--unit", "TDC001").out == "TDC001: stopped\n"
         with pytest.raises(MotionStoppedError):

@@ -99,7 +99,7 @@ def test_commands_use_stages_of_a_file(stagewire: Stagewire, slide: str) -> None
     homed = stagewire("home", "virtual://TDC001", *own, "--yes")
     assert "will home from 0.0000 mm" in homed.out, homed.err
     watched = stagewire("monitor", "virtual://TDC001", *own, "--for", "0.3")
-    assert " mm " in watched.out
+    assert "position_mm=" in watched.out
     served = stagewire("virtual", "TDC001", *own, "--for", "0.01")
     assert served.code == 0, served.err
 

@@ -39,7 +39,7 @@ def test_a_failing_check_leaves_nothing_moving(broken: Broken) -> None:
     on.link.read(0.2)
     for place in on.declared.places:
         for channel in place.channels:
-            motor = on.behaviour(channel, None if place.bay is None else place.bay - 1)
+            motor = on.behaviour(channel, place.bay)
             assert not motor.status()["status_bits"] & 0x2F0
 
 

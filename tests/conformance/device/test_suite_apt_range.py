@@ -46,7 +46,7 @@ def watched(on: Bench, line: Link | None = None) -> tuple[WatchedLink, list[int]
     link = WatchedLink(line or on.link)
     seen: list[int] = []
     motors = [
-        on.behaviour(channel, None if place.bay is None else place.bay - 1)
+        on.behaviour(channel, place.bay)
         for place in on.declared.places
         for channel in place.channels
     ]

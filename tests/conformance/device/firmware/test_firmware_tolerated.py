@@ -124,7 +124,7 @@ def test_motion_stays_in_the_range_with_stale_or_late_messages(firmware: Firmwar
     controller = unit.make()
     link = FaultyLink(SteppedLink(controller), firmware, unit.status)
     places = []
-    axis = controller.instrument.channel(1, 0).behaviour._axis
+    axis = controller.instrument.channel(1, 1).behaviour._axis
     ask = link.write
 
     def write(data: bytes) -> None:

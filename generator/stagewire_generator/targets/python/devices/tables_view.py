@@ -140,7 +140,7 @@ class TableWriter:
         if targets and call.kind == "action":
             yield f"target={literal(targets[0])}"
         for key in ("stops", "starts"):
-            if key in exchange:
+            if key in exchange and call.kind == "command":
                 yield _tuple(f"{key}=", self._classes(exchange[key]))
 
     def _classes(self, names: Iterable[str]) -> Iterator[str]:
