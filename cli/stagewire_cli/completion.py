@@ -108,7 +108,7 @@ def messages(incomplete: str) -> list[str]:
 
 
 def entries(incomplete: str) -> list[str]:
-    """Return the names of everything that ``show`` finds by its name."""
+    """Return names of entries that ``show`` finds."""
     return _beginning(_names(*_KINDS), incomplete)
 
 
@@ -120,7 +120,7 @@ def urls(incomplete: str) -> list[str]:
     ports = [port.device for port in found]
     numbers = [f"usb://{port.serial_number}" for port in found if port.serial_number]
     virtual = [f"virtual://{name}" for name in _names("units")]
-    return _beginning((*ports, *numbers, *virtual, "socket://"), incomplete)
+    return _with((*ports, *numbers, *virtual, "socket://"), incomplete)
 
 
 def _names(*kinds: str) -> Iterator[str]:
@@ -138,4 +138,8 @@ def _beginning(names: Iterable[str], incomplete: str) -> list[str]:
     """Return the names that begin with a text, in lower case if the text is; shells compare the case."""
     if incomplete.islower():
         names = (name.lower() for name in names)
+    return _with(names, incomplete)
+
+
+def _with(names: Iterable[str], incomplete: str) -> list[str]:
     return sorted({name for name in names if name.startswith(incomplete)})

@@ -33,7 +33,7 @@ _BROKEN: Final = ("garbage", "bad_length", "text")
 _BITS_PER_BYTE: Final = 10  # on a serial line
 
 
-class Told(NamedTuple):
+class ClientFrame(NamedTuple):
     """A frame of a client.
 
     :param name: name of its message; empty if the registry does not have it.
@@ -82,7 +82,7 @@ class LineServer:
         self.stops = {stop for name in self.motions for stop in exchanges[name]["halted_by"]}
         self.alive = {name for name, exchange in exchanges.items() if exchange.get("keeps_alive")}
         self.updates = {name for name, exchange in exchanges.items() if exchange.get("starts")}
-        self._queue: deque[Told] = deque()
+        self._queue: deque[ClientFrame] = deque()
         self._filled = asyncio.Event()
         self._clients: set[_Client] = set()
         self._holder: _Client | None = None
@@ -105,10 +105,19 @@ class LineServer:
             ends: list[asyncio.Future[Any]] = [self.lost, *tasks]
             await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
             for task in tasks:
-                if task.done() and not isinstance(task.exception(), TransportLostError):
+                if not task.done():
+                    continue
+                error = task.exception()
+                if not isinstance(error, TransportLostError):
                     task.result()
+                elif not self.lost.done():
+                    self.lost.set_result(error)
         finally:
             self._server.close()
+            with suppress(TransportLostError):
+                for frame in self._queue:
+                    if frame.name in self.stops:  # it must not wait for the pace of the line
+                        self._link.write(frame.raw)
             for task in tasks:
                 task.cancel()
             for client in tuple(self._clients):
@@ -121,12 +130,12 @@ class LineServer:
         task = Selection(recorded=self._heading).task()
         reader = task.readers()[Direction.TO_CONTROLLER]
 
-        def tell(event: Event) -> Told | None:
+        def tell(event: Event) -> ClientFrame | None:
             if EVENT_NAMES[type(event)] in _BROKEN:
                 return None
             decoded = task.found(event)
             name = "" if decoded is None else message_of(decoded).layout.message
-            return Told(bytes(event.raw), name, getattr(decoded, "dest", None))
+            return ClientFrame(bytes(event.raw), name, getattr(decoded, "dest", None))
 
         return lambda data: [tell(event) for event in reader.feed(data)]
 
@@ -144,43 +153,45 @@ class LineServer:
             self._holder = None
             self.say("the line is free; a motion that was started continues")
 
-    def take(self, client: _Client, told: Told) -> None:
+    def take(self, client: _Client, frame: ClientFrame) -> None:
         """Take a frame of a client, or refuse the client."""
-        if told.name in self.alive:
-            self._keep(told)
+        if frame.name in self.alive:
+            self._keep(frame)
             return
-        if told.name in self.stops:
-            self._stop(client, told)
+        if frame.name in self.stops:
+            self._stop(client, frame)
             return
         if self._holder is None:
             self._holder = client
             self.say(f"{client.name} holds the line")
         if client is not self._holder:
-            self.refuse(client, f"it sent {told}, but {self._holder.name} holds the line")
+            self.refuse(client, f"it sent {frame}, but {self._holder.name} holds the line")
             return
-        if told.name in self.updates:
-            self._keep(told)
-        self._queue.append(told)
+        if frame.name in self.updates:
+            self._keep(frame)
+        self._queue.append(frame)
         self._filled.set()
 
-    def _keep(self, told: Told) -> None:
-        if told.dest is not None:
-            self._kept_alive.add(told.dest)
+    def _keep(self, frame: ClientFrame) -> None:
+        if frame.dest is not None:
+            self._kept_alive.add(frame.dest)
 
     def refuse(self, client: _Client, why: str) -> None:
-        """Close the connection of a client."""
+        """Close the connection of a client, and drop its motions that wait."""
+        if client is self._holder:
+            self._queue = deque(frame for frame in self._queue if frame.name not in self.motions)
         self._clients.discard(client)
         self.say(f"{client.name} was disconnected: {why}")
         client.transport.abort()
         self.left(client)
 
-    def _stop(self, client: _Client, told: Told) -> None:
+    def _stop(self, client: _Client, frame: ClientFrame) -> None:
         """Let a stop overtake the frames that wait, and drop motions among them."""
         dropped = [waiting for waiting in self._queue if waiting.name in self.motions]
         kept = [waiting for waiting in self._queue if waiting.name not in self.motions]
-        self._queue = deque([told, *kept])
+        self._queue = deque([frame, *kept])
         self._filled.set()
-        self.say(f"{client.name} stops: {told}")
+        self.say(f"{client.name} stops: {frame}")
         for each in dropped:
             self.say(f"not sent, because of the stop: {each}")
 
@@ -223,18 +234,19 @@ class _Client(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self.transport = cast(asyncio.Transport, transport)
-        host, port, *_ = transport.get_extra_info("peername")
+        host, port, *_ = transport.get_extra_info("peername") or ("unknown", 0)
         self.name = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
         self._server.connected(self)
 
     def data_received(self, data: bytes) -> None:
-        for told in self._cut(data):
-            if self.transport.is_closing():
-                return
-            if told is None:
+        for frame in self._cut(data):
+            if self.transport.is_closing():  # refused; a stop still gets through
+                if frame is not None and frame.name in self._server.stops:
+                    self._server.take(self, frame)
+            elif frame is None:
                 self._server.refuse(self, f"it sent invalid bytes: {data[:16].hex(' ')}")
             else:
-                self._server.take(self, told)
+                self._server.take(self, frame)
 
     def connection_lost(self, error: Exception | None) -> None:
         self._server.left(self)

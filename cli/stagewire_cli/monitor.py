@@ -65,7 +65,7 @@ def monitor(
     """
     from stagewire_cli.monitor_session import watch
 
-    named = [path.absolute() for path in (csv, plot, log) if path is not None]
+    named = [path.resolve() for path in (csv, plot, log) if path is not None]
     if len(set(named)) < len(named):
         raise CalledWronglyError("--csv, --plot and --log must name different files")
     if listen and unit is None:
@@ -75,6 +75,7 @@ def monitor(
         "scale_source": scale_source,
         "address": address,
         "identify": False if listen else None,
+        "line": "rs232" if listen else None,  # no keep-alive messages
     }
     watch(
         url,

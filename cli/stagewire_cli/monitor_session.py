@@ -79,7 +79,7 @@ def _follow(
         return taken
 
     begin = now()
-    with recorded(part, title, files):
+    with recorded(part, title, files, listen=listen):
         with part.record(rows.append, listen=listen) as recording:
             while (passed := now() - begin) < (seconds or float("inf")) and recording.error is None:
                 device.session.pause(

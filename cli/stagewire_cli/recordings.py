@@ -61,12 +61,18 @@ class RecordFiles:
 
 @contextmanager
 def recorded(
-    part: Any, title: str, files: RecordFiles, goal: Value | None = None
+    part: Any,
+    title: str,
+    files: RecordFiles,
+    goal: Value | None = None,
+    *,
+    listen: bool = False,
 ) -> Iterator[None]:
     """Record a part within a block; the files are complete however the block ends.
 
     :param title: the title of the picture.
     :param goal: where a motion is to end; None: unknown.
+    :param listen: whether to send nothing.
     """
     with ExitStack() as stack:
         if files.picture is not None:
@@ -74,9 +80,9 @@ def recorded(
 
             tracks = Tracks()
             stack.callback(_draw, files.picture, title, tracks, goal)
-            stack.enter_context(part.record(tracks.add))
+            stack.enter_context(part.record(tracks.add, listen=listen))
         if files.csv is not None:
-            stack.enter_context(part.record(files.csv, overwrite=files.overwrite))
+            stack.enter_context(part.record(files.csv, overwrite=files.overwrite, listen=listen))
         yield
 
 

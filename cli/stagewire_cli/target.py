@@ -78,8 +78,8 @@ class Target:
         :param part: the part that the call moves.
         :param unit: name of its unit.
 
-        Raises :class:`CalledWronglyError` if the call does not accept its unit, and for a length on a rotary
-        stage.
+        Raises :class:`CalledWronglyError` if the call does not accept its unit, for a length on a rotary
+        stage, and for a number without a unit where positions are not shown in mm.
         """
         if self.unit == "counts":
             return {"counts": int(self.value)}
@@ -91,7 +91,14 @@ class Target:
                 f"{option} {self.text}: {stage.name} is a rotary stage; give degrees, such as "
                 f"{option} 30deg, or --counts"
             )
+        found = _GIVEN.fullmatch(self.text.strip())
         for keyword, factor in _UNITS[self.unit].items():
+            if keyword in known and factor != 1 and found and not found[2]:
+                option = "--by" if self.relative else "--to"
+                raise CalledWronglyError(
+                    f"{option} {self.text}: positions of {unit} are in {keyword}; give the unit, as in "
+                    f"{option} {self.text}{keyword} or {option} {self.text}{self.unit}"
+                )
             if keyword in known:
                 return {keyword: self.value * factor}
         raise CalledWronglyError(f"{unit} does not accept {self.unit} here; use --counts")

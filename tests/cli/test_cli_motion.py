@@ -168,9 +168,11 @@ def test_a_channel_of_a_module_can_be_moved(stagewire: Stagewire, attach: Attach
 def test_an_axis_of_an_ms2000_can_be_moved(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.MS2000() as ms2000:
         attach(ms2000)
-        result = stagewire("move", URL, "--unit", "MS2000", "--axis", "x", "--to", "0.1", "--yes")
+        result = stagewire("move", URL, "--unit", "MS2000", "--axis", "x", "--to", "0.1mm", "--yes")
+        bare = stagewire("move", URL, "--unit", "MS2000", "--axis", "x", "--to", "0.1", "--yes")
     assert result.code == 0, result.err
     assert "axis X: will move from 0.0000 um to 0.1 mm" in result.out
+    assert (bare.code, "as in --to 0.1um or --to 0.1mm" in bare.err) == (2, True)
     assert result.out.endswith("it is at 100.0000 um\n")
 
 
@@ -292,8 +294,8 @@ def test_a_motor_disabled_by_a_stop_is_reported_as_not_moved(
     with virtual.MS2000() as ms2000:
         attach(ms2000)
         assert stagewire("stop", URL, *x).code == 0
-        there = stagewire("move", URL, *x, "--to", "0", "--yes")
-        result = stagewire("move", URL, *x, "--to", "1", "--yes")
+        there = stagewire("move", URL, *x, "--to", "0um", "--yes")
+        result = stagewire("move", URL, *x, "--to", "1mm", "--yes")
         counts = stagewire("move", URL, *x, "--counts", "--to", "5", "--yes")
     assert (there.code, result.code, counts.code) == (0, 1, 1)
     assert "it did not move and is still at 0.0000 um; a stop disables" in result.err

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from panel_links import LONG, Shown, shown, shows
 from textual import events
+from textual.widgets import Input
 
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.panel import axis as axis_module
@@ -469,3 +470,16 @@ def test_a_controller_without_an_axis_that_stops_is_refused(name: str) -> None:
         session.opened_axes(lines),
     ):
         pytest.fail("it was opened")
+
+
+@shows
+async def test_digits_that_are_typed_before_the_dialogue_is_drawn_are_kept(monkey: Monkey) -> None:
+    async with shown(monkey, Z8, **ON_Z8) as panel:
+        [link] = panel.links
+        for key in "g15":
+            panel.app._driver.send_message(events.Key(key, key))  # type: ignore[union-attr]
+        await panel.until(lambda: "PositionEntry" in type(panel.app.screen).__name__)
+        await panel.until(lambda: panel.app.screen.query_one(Input).value == "15")
+        await panel.press(".", "5")
+        assert panel.app.screen.query_one(Input).value == "15.5"
+        assert link.moves() == []

@@ -10,10 +10,12 @@ import subprocess
 import sys
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
+from stagewire.capture import read_capture
 from stagewire.errors import MotionStoppedError, TransportLostError
 from stagewire.links import AsyncLink
 from stagewire.protocols import load_protocol
@@ -163,6 +165,29 @@ def test_a_stop_of_a_listener_overtakes_and_drops_motions_that_wait() -> None:
     asyncio.run(run())
 
 
+def test_a_stop_of_a_refused_client_still_gets_through() -> None:
+    async def run() -> None:
+        async with serving() as bench:
+            writer, other = await bench.client(), await bench.client()
+            writer.send(ASK)
+            await bench.until(lambda: bench.line.written)
+            other.send(MOVE + STOP)
+            await bench.until(lambda: bench.line.written == [ASK, STOP])
+
+    asyncio.run(run())
+
+
+def test_a_holder_that_sends_invalid_bytes_loses_its_waiting_motions() -> None:
+    async def run() -> None:
+        async with serving(baudrate=300) as bench:
+            writer = await bench.client()
+            writer.send(ASK + MOVE + ASK + b"rubbish" * 9)
+            await bench.until(lambda: len(bench.line.written) == 2)
+            assert bench.line.written == [ASK, ASK]
+
+    asyncio.run(run())
+
+
 def test_half_a_frame_of_a_client_never_reaches_the_line() -> None:
     async def run() -> None:
         async with serving() as bench:
@@ -291,6 +316,13 @@ def test_a_device_moves_while_the_command_listens_and_stops_it(stagewire: Stagew
         with pytest.raises(MotionStoppedError):
             motion.wait(20)
     assert process.returncode == 0
+
+
+def test_a_listener_sends_nothing_at_all(stagewire: Stagewire, tmp_path: Path) -> None:
+    log, table = tmp_path / "log.txt", tmp_path / "run.csv"
+    words = ("--unit", "TDC001", "--listen", "--for", "1.2", "--log", log, "--csv", table)
+    stagewire("monitor", "virtual://TDC001", *words)
+    assert read_capture(log).recorded == ()
 
 
 def test_a_listener_must_name_the_unit(stagewire: Stagewire) -> None:

@@ -119,6 +119,8 @@ class PanelApp(App[None]):
 
     def on_key(self, event: events.Key) -> None:
         """Jog; a key that waited in a queue is too old to move anything."""
+        if isinstance(self.screen, PositionEntry) and event.character and event.is_printable:
+            self.screen.keep(event.character)  # its line would have stopped the event
         direction = _JOGS.get(event.key)
         if direction is not None and not isinstance(self.screen, ModalScreen):
             waited = Message().time - event.time  # by the clock of the events

@@ -22,6 +22,7 @@ from stagewire.errors import (
     ReplyTimeoutError,
     SessionClosedError,
     StagewireError,
+    TargetNotReachedError,
     TransportError,
     UnsupportedError,
 )
@@ -184,6 +185,7 @@ class Axis:
     def _ask(self, what: str, call: Callable[[], Any], moves: bool) -> None:
         """Hand over a command, or note why it is refused."""
         with self._lock:
+            stops = self._stops  # before the check, so that a stop in between cancels the command
             if self._clock() < self._refused_until:
                 refused = f"{what}: refused, because a stop was just sent; ask again"
             elif self.view.lost:
@@ -193,7 +195,7 @@ class Axis:
             else:
                 self._busy = True
                 self.view = replace(self.view, action=what, note="", failed=False)
-                self._commands.put(_Command(what, call, moves, self._stops))
+                self._commands.put(_Command(what, call, moves, stops))
                 return
         self.refuse(refused)
 
@@ -201,8 +203,10 @@ class Axis:
 
     def forbid(self) -> None:
         """Refuse motions that have been asked for but not sent, and further ones for a short time."""
-        self._stops += 1
         self._refused_until = self._clock() + RELEASE
+        self._stops += (
+            1  # last: an action with this number was asked for after the time above was set
+        )
 
     def stop(self) -> None:
         """Send a stop and wait for its answer; the outcome is noted.
@@ -248,6 +252,7 @@ class Axis:
 
     def _do(self, command: _Command) -> None:
         """Run a command until its end, and note the outcome."""
+        motion = None
         try:
             if self._stops != command.stops:
                 return
@@ -268,10 +273,13 @@ class Axis:
             self._note(f"{command.what}: {error}; a stop was sent", failed=True)
         except (TransportError, SessionClosedError) as error:
             self._lost(error)
-        except StagewireError as error:
+        except TargetNotReachedError as error:
             self._note(f"{command.what}: {error}", failed=True)
-        except Exception as error:  # an error in this program must not end the thread
-            self._note(f"{command.what}: {error!r}", failed=True)
+        except Exception as error:  # also an error in this program, which must not end the thread
+            if command.moves and (motion is not None or not isinstance(error, StagewireError)):
+                self.stop()
+            text = str(error) if isinstance(error, StagewireError) else repr(error)
+            self._note(f"{command.what}: {text}", failed=True)
         else:
             self._poll()
             self._note(

@@ -47,6 +47,7 @@ class PositionEntry(ModalScreen[str]):
         super().__init__()
         self._title = title
         self._text = text
+        self._early = ""
 
     def compose(self) -> ComposeResult:
         """Draw the line."""
@@ -57,6 +58,17 @@ class PositionEntry(ModalScreen[str]):
             entry.cursor_blink = False
             yield entry
             yield Static("Enter: go    Space or Esc: stop all, cancel", classes="answers")
+
+    def keep(self, text: str) -> None:
+        """Keep what is typed before the line takes keys; a number must not lose its first digits."""
+        self._early += text
+        self.call_after_refresh(self._insert)
+
+    def _insert(self) -> None:
+        early, self._early = self._early, ""
+        entry = self.query_one(PositionInput)
+        entry.value = early + entry.value
+        entry.cursor_position = len(entry.value)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         """Return what was typed."""

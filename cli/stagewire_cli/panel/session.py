@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from queue import SimpleQueue
 from types import FrameType
@@ -20,6 +19,7 @@ from stagewire_cli.devices import opened, parts_of, title_of, travel_options
 from stagewire_cli.errors import WRONG, CalledWronglyError
 from stagewire_cli.panel.axis import MOTION_TIMEOUT, Axis
 from stagewire_cli.panel.stops import Stops
+from stagewire_cli.signals import handled
 
 _MISSING: Final = "panel requires textual; install it with pip install 'stagewire[panel]'"
 _NO_TERMINAL: Final = (
@@ -28,7 +28,6 @@ _NO_TERMINAL: Final = (
 )
 _PATIENCE: Final = 2.0
 """Seconds to wait at the end for the answers to the stops."""
-_SIGNALS: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +160,6 @@ def _ended_by_signals(stops: Stops, end: Callable[[], None]) -> Iterator[list[in
     call. If the screen does not end, as when its terminal is gone, the process ends after the stops.
     """
     received: list[int] = []
-    before: dict[int, Any] = {}
     numbers: SimpleQueue[int | None] = SimpleQueue()
     over = threading.Event()
 
@@ -179,19 +177,13 @@ def _ended_by_signals(stops: Stops, end: Callable[[], None]) -> Iterator[list[in
 
     threading.Thread(target=force, name="panel signals", daemon=True).start()
 
-    if threading.current_thread() is threading.main_thread():
-        for name in _SIGNALS:
-            number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-                before[number] = signal.signal(number, handle)
-    try:
-        yield received
-    finally:
-        over.set()
-        numbers.put(None)
-        for number, handler in before.items():
-            with suppress(TypeError):  # a handler that was not set by Python
-                signal.signal(number, handler)
+    in_main = threading.current_thread() is threading.main_thread()
+    with handled(handle) if in_main else nullcontext():
+        try:
+            yield received
+        finally:
+            over.set()
+            numbers.put(None)
 
 
 def _outcome(axis: Axis) -> str:

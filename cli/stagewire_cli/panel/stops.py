@@ -72,5 +72,9 @@ class Stops:
                 thread = threading.Thread(
                     target=axis.stop, name=f"stop of {axis.name}", daemon=True
                 )
-                thread.start()
-                self._sending.append(thread)
+                try:
+                    thread.start()
+                except RuntimeError:  # the system has no more threads
+                    axis.stop()
+                else:
+                    self._sending.append(thread)

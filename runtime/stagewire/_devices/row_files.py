@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import errno
 import io
 import os
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from importlib import import_module
@@ -71,7 +73,7 @@ class CsvFile:
         try:
             self._append([self._columns])
         except OSError:
-            self._file.close()
+            self.discard()
             raise
 
     def write(self, rows: Sequence[Row]) -> None:
@@ -88,6 +90,7 @@ class CsvFile:
         except OSError:
             with suppress(OSError):  # a full disk accepts only a part of the last line
                 self._file.truncate(self._end)
+                self._file.seek(self._end)
             raise
         self._end = self._file.tell()
 
@@ -113,10 +116,10 @@ class ParquetFile:
 
     _GROUP: Final = 10_000  # rows
 
-    def __init__(self, path: Path, columns: Mapping[str, type], _overwrite: bool) -> None:
+    def __init__(self, path: Path, columns: Mapping[str, type], overwrite: bool) -> None:
         self._arrow, self._parquet = _import_arrow()
         self._path = Path(os.path.realpath(path))  # replaces the target of a symbolic link
-        self._part = self._path.with_name(f".{path.name}.{os.getpid()}.part")
+        self._overwrite = overwrite
         arrow = self._arrow
         types = {
             bool: arrow.bool_(),
@@ -126,8 +129,14 @@ class ParquetFile:
         }
         self._schema = arrow.schema([(name, types[kind]) for name, kind in columns.items()])
         self._rows: list[Row] = []
-        self._out = self._part.open("xb")
-        self._writer = self._parquet.ParquetWriter(self._out, self._schema)
+        number, part = tempfile.mkstemp(".part", f".{self._path.name}.", self._path.parent)
+        self._part = Path(part)
+        self._out = os.fdopen(number, "wb")
+        try:
+            self._writer = self._parquet.ParquetWriter(self._out, self._schema)
+        except BaseException:
+            self.discard()
+            raise
 
     def write(self, rows: Sequence[Row]) -> None:
         """Keep rows until there are enough for a group of the file."""
@@ -145,19 +154,40 @@ class ParquetFile:
         if self._out.closed:
             return
         try:
-            self._flush()
-            self._writer.close()
-            self._out.close()
-            self._part.replace(self._path)
+            try:
+                self._flush()
+            finally:  # the groups that were written before are kept
+                self._writer.close()
+                self._out.close()
         except BaseException:
-            self.discard()
+            if not self._out.closed:
+                self.discard()
+                raise
+            self._name()
             raise
+        self._name()
+
+    def _name(self) -> None:
+        """Give the file its name; raise :class:`FileExistsError` rather than replace another file."""
+        if self._path.exists() and not self._overwrite:
+            raise FileExistsError(
+                errno.EEXIST, f"{self._path} appeared meanwhile; the recording is {self._part}"
+            )
+        self._part.chmod(0o666 & ~_umask())
+        self._part.replace(self._path)
 
     def discard(self) -> None:
         """Close and remove the file under its temporary name."""
         with suppress(OSError):
             self._out.close()
         _remove(self._part)
+
+
+def _umask() -> int:
+    """Return the mask of permissions of new files; the system reports it only while it is set."""
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
 
 
 def _remove(path: Path) -> None:

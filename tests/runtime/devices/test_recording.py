@@ -26,6 +26,7 @@ from stagewire._devices.synchronous import recorder
 from stagewire.errors import (
     BadValueError,
     RecordingError,
+    ReplyTimeoutError,
     SessionClosedError,
     TransportLostError,
     UnsupportedError,
@@ -163,7 +164,7 @@ def test_an_axis_is_polled(file: Path) -> None:
 
 def test_axes_that_do_not_answer_are_left_out(file: Path) -> None:
     with (
-        MS2000.open("virtual://MS2000", timeout=0.02) as ms2000,
+        MS2000.open("virtual://MS2000", timeout=0.3) as ms2000,
         ms2000.low_level(),
         ms2000.record(file, poll=0.01) as recording,
     ):
@@ -206,6 +207,34 @@ def test_parquet_has_the_same_columns_and_rows(link: RecordingLink, tmp_path: Pa
     assert table.column("position_mm").to_pylist() == [0.0] * 10
     assert {str(field.type) for field in table.schema} == {"double", "string", "bool", "int64"}
     assert [one.name for one in tmp_path.iterdir() if one.name.startswith(".")] == []
+
+
+def test_parquet_never_replaces_a_file_that_appeared_meanwhile(
+    link: RecordingLink, tmp_path: Path
+) -> None:
+    pytest.importorskip("pyarrow.parquet")
+    path = tmp_path / "run.parquet"
+    refused = pytest.raises(RecordingError, match="appeared meanwhile; the recording is")
+    with TDC001.open(link, stage="Z8") as tdc, refused, tdc.record(path):
+        tdc.session.pause(1)
+        path.write_text("mine")
+    assert path.read_text() == "mine"
+    assert [one.suffix for one in tmp_path.iterdir() if one.name.startswith(".run")] == [".part"]
+
+
+def test_a_recording_that_cannot_begin_keeps_the_file_that_it_would_replace(
+    link: RecordingLink, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise ReplyTimeoutError("the controller is silent")
+
+    path = tmp_path / "run.csv"
+    path.write_text("the last run")
+    with TDC001.open(link, stage="Z8") as tdc:
+        monkeypatch.setattr("stagewire._devices.synchronous.recorder.tell", fail)
+        with pytest.raises(ReplyTimeoutError), tdc.record(path, overwrite=True):
+            pass
+    assert path.read_text() == "the last run"
 
 
 def test_pyarrow_is_imported_only_for_parquet(tmp_path: Path) -> None:

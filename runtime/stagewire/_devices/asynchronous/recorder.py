@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -68,7 +69,9 @@ class Recorder:
         listen: bool = False,
     ) -> None:
         if isinstance(poll, bool) or not isinstance(poll, int | float) or not 0 < poll < 86_400:
-            raise BadValueError(f"poll must be a number of seconds above 0, not {poll!r}")
+            raise BadValueError(
+                f"poll must be a number of seconds above 0 and below 86400, not {poll!r}"
+            )
         if not isinstance(to, str | Path) and not callable(to):
             raise BadValueError(f"record takes the name of a file or a function, not {to!r}")
         self._parts = dict(parts)
@@ -85,7 +88,10 @@ class Recorder:
         self._subscriptions: dict[str, AsyncSubscription[Values[Any]]] = {}
         self._started: list[Endpoint] = []
         self._waiting: list[Row] = []
+        self._begun = False
         self._over = False
+        self._abandoned = False  # the file did not accept the last rows in time
+        self._writing = threading.Lock()
         self._answered: set[str] = set()
         self._silent: dict[str, ReplyTimeoutError] = {}  # the last request, by part
         self._error: Exception | None = None
@@ -111,8 +117,9 @@ class Recorder:
     # Begin and end
 
     async def __aenter__(self) -> Self:
-        if self._over or self._file is not None:
+        if self._begun:
             raise BadValueError("a recording can be used once: call record() again")
+        self._begun = True
         if self._path is not None:
             check_path(self._path, overwrite=self._overwrite)
         first = next(iter(self._parts.values()))
@@ -132,13 +139,13 @@ class Recorder:
             {name: part.scales() for name, part in self._parts.items()},
             next((field for field in channels if field), None),
         )
-        if self._path is not None:
-            self._file = create(self._path, self._rows.columns, overwrite=self._overwrite)
         self._begin = first.now()
         try:
             if self._updates is not None:
                 self._subscribe(tuple(kinds.values()))
                 await self._start()
+            if self._path is not None:  # last, because it may replace a file
+                self._file = create(self._path, self._rows.columns, overwrite=self._overwrite)
         except BaseException:
             await self._stop()
             for subscription in self._subscriptions.values():
@@ -162,6 +169,7 @@ class Recorder:
             if await self._worker.join(_ENDING):
                 await self._finish()
             else:
+                self._abandoned = True
                 self._error = self._error or TimeoutError(f"no write ended within {_ENDING:g} s")
         except BaseException:  # interrupted again
             with suppress(Exception):
@@ -218,10 +226,10 @@ class Recorder:
         except Exception as error:
             self._error = error
             _log.warning("%s", self._outcome(error))  # the block may continue for long
-        if not self._waiting:
+        if not self._waiting and not self._abandoned:
             return
         try:
-            await self._worker.call(self._write)
+            await self._worker.call(partial(self._write, last=self._abandoned))
         except Exception as error:
             self._error = self._error or error
 
@@ -238,16 +246,17 @@ class Recorder:
         """Pass the rows to the file, and close it at the end."""
         if self._file is None:
             return
-        rows, self._waiting = self._waiting, []
-        try:
-            if rows:
-                self._file.write(rows)
-        except Exception:
-            self.rows -= len(rows)
-            raise
-        finally:
-            if last:
-                self._file.close()
+        with self._writing:
+            rows, self._waiting = self._waiting, []
+            try:
+                if rows:
+                    self._file.write(rows)
+            except Exception:
+                self.rows -= len(rows)
+                raise
+            finally:
+                if last:
+                    self._file.close()
 
     # Statuses that the unit sends
 
@@ -289,10 +298,11 @@ class Recorder:
             return
         for part in {part.address: part for part in self._parts.values()}.values():
             table = self._updates.start
-            if part.connection.share_updates(part.address, self):
+            must_start = part.connection.share_updates(part.address, self)
+            self._started.append(part)
+            if must_start:
                 given = {entry.keyword: entry.default for entry in table.given}
                 await tell(part, table, None, given)
-            self._started.append(part)
 
     async def _stop(self) -> None:
         """Stop the updates that only this recording needed."""
@@ -315,6 +325,7 @@ class Recorder:
             except ReplyTimeoutError as error:  # one lost reply is one row less
                 if self._answered and name not in self._answered:
                     del self._parts[name]
+                    _log.warning("%s does not answer and is not recorded: %s", name, error)
                     return
                 self._silent[name] = error
             else:
