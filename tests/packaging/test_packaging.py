@@ -140,7 +140,7 @@ for path in our_templates():
 
 def test_the_wheel_has_no_yaml_and_no_compiled_files(names: list[str]) -> None:
     suffixes = {PurePosixPath(name).suffix for name in names if ".dist-info/" not in name}
-    assert suffixes == {".py", ".json", ".j2", ".c", ".h", ".cmake", ".typed"}
+    assert suffixes == {".py", ".json", ".j2", ".c", ".h", ".cmake", ".tcss", ".typed"}
 
 
 def test_every_package_is_typed(names: list[str]) -> None:
