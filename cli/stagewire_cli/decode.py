@@ -37,6 +37,9 @@ Examples:
 """
 
 
+_SUFFIXES = (Format.JSONL.value, Format.CSV.value, Format.PARQUET.value)
+
+
 def decode(
     source: Annotated[
         list[str],
@@ -115,7 +118,11 @@ def decode(
     scale_source: ScaleSource = None,
     format: Annotated[
         Format | None,
-        typer.Option("--format", case_sensitive=False, help="Output format.  [default: table]"),
+        typer.Option(
+            "--format",
+            case_sensitive=False,
+            help="Output format.  [default: by the suffix of --output, or table]",
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="The same as --format jsonl.")] = False,
     target: Annotated[
@@ -149,7 +156,7 @@ def decode(
     controllers send messages that the registry does not contain. As the only frame, or in a JSON capture, it
     is an error.
     """
-    wanted = _format(format, as_json)
+    wanted = _format(format, as_json, target)
     if wanted is Format.PARQUET and target is None:
         raise CalledWronglyError("Parquet is binary: give --output FILE")
     given = _given(source)
@@ -180,9 +187,11 @@ def decode(
         raise typer.Exit(WRONG)
 
 
-def _format(format: Format | None, as_json: bool) -> Format:
+def _format(format: Format | None, as_json: bool, target: Path | None) -> Format:
+    """Return the format of the options; without one, that of the suffix of the output file."""
     if not as_json:
-        return format or Format.TABLE
+        suffix = "" if target is None else target.suffix.lower().removeprefix(".")
+        return format or (Format(suffix) if suffix in _SUFFIXES else Format.TABLE)
     if format not in (None, Format.JSONL):
         raise CalledWronglyError(
             f"--json means --format jsonl and contradicts --format {format.value}"

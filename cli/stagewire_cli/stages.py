@@ -68,9 +68,9 @@ def chosen_stage(name: str | None, file: Path | None) -> Stage | str | None:
 
     Raises :class:`CalledWronglyError` for an unknown name, and for an invalid file.
     """
+    own = own_stages(file)  # also without a name, to report a wrong file
     if name is None:
         return None
-    own = own_stages(file)
     for known, stage in own.items():
         if known.upper() == name.upper():
             return stage
@@ -80,7 +80,7 @@ def chosen_stage(name: str | None, file: Path | None) -> Stage | str | None:
     close = difflib.get_close_matches(name.upper()[:80], names, n=3)
     like = f"; did you mean {' or '.join(names[word] for word in close)}?" if close else ""
     raise CalledWronglyError(
-        f"--stage: unknown stage {name}{like} (stagewire show lists all; --stages FILE adds your own)"
+        f"--stage: unknown stage {name}{like} (stagewire show stages lists all; --stages FILE adds your own)"
     )
 
 

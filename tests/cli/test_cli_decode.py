@@ -213,3 +213,14 @@ def test_invalid_input_is_refused(stagewire: Stagewire, data: bytes, said: str) 
     result = stagewire("decode", "-", input=data)
     assert result.code in (1, 2)
     assert said in result.err
+
+
+@pytest.mark.parametrize(
+    ("name", "begin"), [("out.csv", "offset,event,"), ("out.jsonl", "{"), ("out.txt", "MOT_MOVE")]
+)
+def test_the_suffix_of_the_output_selects_the_format(
+    stagewire: Stagewire, tmp_path: Path, name: str, begin: str
+) -> None:
+    frame = "53 04 06 00 D0 01 01 00 40 0D 03 00"
+    assert stagewire("decode", frame, "--output", tmp_path / name).code == 0
+    assert (tmp_path / name).read_text().startswith(begin)

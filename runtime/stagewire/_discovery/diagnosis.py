@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from stagewire._codec.protocol import usable_protocols
 from stagewire._discovery import ports as system
 from stagewire._discovery.identification import can_identify
-from stagewire._discovery.opening import device_class, known_by_name
+from stagewire._discovery.opening import device_class, known_by_name, virtual_unit
 from stagewire._discovery.ports import Port, port_of
 from stagewire._discovery.products import Known
 from stagewire._discovery.search import ASK_TIMEOUT, NO_FRAME, Found, discover, look_at, recognise
@@ -77,6 +77,7 @@ def diagnose_line(url: str, unit: str | None = None) -> list[Diagnosis]:
 
     Raise :class:`~stagewire.errors.BadValueError` for an unknown unit.
     """
+    unit = unit or virtual_unit(url)
     known = None if unit is None else known_by_name(unit)
     try:
         port = port_of(url)

@@ -104,14 +104,19 @@ def known_by_name(name: str) -> Known:
     return known
 
 
+def virtual_unit(url: str) -> str | None:
+    """Return the name of the unit in ``virtual://NAME``; None for any other URL."""
+    virtual = _VIRTUAL.match(url)
+    return virtual[1].upper() if virtual and _by_any(virtual[1]) is not None else None
+
+
 def unit_at(url: str, **options: Any) -> str:
     """Return the name of the unit at a URL; see :func:`open`.
 
     Raise :class:`~stagewire.errors.WrongUnitError` if it cannot be determined.
     """
-    virtual = _VIRTUAL.match(url)
-    if virtual and _by_any(virtual[1]) is not None:
-        return virtual[1].upper()
+    if (name := virtual_unit(url)) is not None:
+        return name
     number = options.get("serial_number") or number_in(url)
     found = _numbered(url, str(number)) if number else _plugged(url)
     if found.unit is None:

@@ -62,8 +62,9 @@ class Beginning:
             return lost(url, why)
         when = f"after the text {text!r}" if text else "before it sent anything"
         turned_away = TurnedAwayError(
-            f"{url}: the other end closed the connection {when}. Another host may be connected, and a line "
-            "has one host at a time: close that connection or wait until it ends, then open this one again"
+            f"{url}: the other end closed the connection {when}. Another host may be connected (stagewire "
+            "serve names it in its log), and a line has one host at a time: close that connection or wait "
+            "until it ends, then open this one again"
         )
         if not text:
             return turned_away
