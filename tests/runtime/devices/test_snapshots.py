@@ -11,10 +11,11 @@ import pytest
 from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
-from stagewire.errors import BadValueError, LimitError
+from stagewire.errors import BadValueError, LimitError, UnsupportedError
 from stagewire_apt import KDC101, TDC001, TPZ001, aio, devices, stages
 from stagewire_apt.devices.facts import FACTS, UNITS
 from stagewire_apt.messages import PROTOCOL
+from stagewire_ms2000 import MS2000
 
 UNITS_ALONE = [name for name, unit in UNITS.items() if unit.kind != "bay"]
 REGISTRY = {entry["name"]: entry for entry in PROTOCOL.registry()["messages"]}
@@ -158,3 +159,9 @@ def test_the_snapshot_of_asyncio_is_that_of_threads() -> None:
 
     with TDC001.open("virtual://TDC001") as tdc:
         assert tdc.snapshot() == asyncio.run(take())
+
+
+def test_a_unit_without_settings_says_so() -> None:
+    refused = pytest.raises(UnsupportedError, match="no settings of MS2000 that can be read")
+    with MS2000.open("virtual://MS2000") as ms2000, ms2000.low_level(), refused:
+        ms2000.axis("X").snapshot()

@@ -10,7 +10,7 @@ from stagewire._devices.arguments import fields_of
 from stagewire._devices.asynchronous.calls import change, check_limits, query
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.tables import ParameterSet
-from stagewire.errors import BadValueError, ReplyTimeoutError
+from stagewire.errors import BadValueError, ReplyTimeoutError, UnsupportedError
 
 _log = logging.getLogger("stagewire")
 
@@ -23,9 +23,17 @@ async def snapshot(endpoint: Endpoint, timeout: float | None) -> Snapshot:
     """Return every set of parameters that can be read and written, in counts, by the name of its methods.
 
     A set whose request is not answered is left out, with a warning.
+
+    Raise :class:`~stagewire.errors.UnsupportedError` for a unit without such sets.
     """
     settings: dict[str, dict[str, Any]] = {}
-    for table in _tables(endpoint):
+    tables = tuple(_tables(endpoint))
+    if not tables:
+        name = endpoint.connection.unit.name
+        raise UnsupportedError(
+            f"the registry has no settings of {name} that can be read and written back"
+        )
+    for table in tables:
         try:
             settings[table.name] = await _read(endpoint, table, timeout)
         except ReplyTimeoutError as error:
