@@ -242,8 +242,8 @@ class Channel(Part):
 
         The status is requested every 50 ms. Nothing moves or stops.
 
-        :param bit: name of the bit, such as ``homed`` or ``moving_forward``; an unknown name lists those of the
-            unit.
+        :param bit: name of the bit, such as ``homed`` or ``moving_forward``; an unknown name lists those of
+            the unit.
         :param on: False: wait until the bit is clear.
         :param timeout: in seconds; default: the timeout of motions.
 
