@@ -16,6 +16,14 @@ if TYPE_CHECKING:
     from stagewire._devices.candidates import candidates, clean_model
     from stagewire._devices.connection import link_options
     from stagewire._devices.options import OpenOptions
+    from stagewire._devices.parameters import (
+        COUNTS,
+        Parameter,
+        ParameterKind,
+        SetOfParameters,
+        parameter_sets,
+        status_set,
+    )
     from stagewire._devices.scales import Scales, ToldValue
     from stagewire._devices.stage_files import read_stages
     from stagewire._devices.synchronous.devices import Device
@@ -26,6 +34,7 @@ if TYPE_CHECKING:
     from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw, Values
 
 __all__ = [
+    "COUNTS",
     "AsyncDevice",
     "AsyncMotion",
     "AsyncPart",
@@ -38,17 +47,22 @@ __all__ = [
     "Motion",
     "MotionEnd",
     "OpenOptions",
+    "Parameter",
+    "ParameterKind",
     "Part",
     "Raw",
     "Recorder",
     "Scales",
+    "SetOfParameters",
     "ToldValue",
     "Unit",
     "Values",
     "candidates",
     "clean_model",
     "link_options",
+    "parameter_sets",
     "read_stages",
+    "status_set",
 ]
 
 __path__: list[str] = []  # 0.1 had modules below this name; see stagewire._deprecated
@@ -64,6 +78,9 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_devices.synchronous.recorder": "Recorder",
             "_devices.asynchronous.recorder": "Recorder=AsyncRecorder",
             "_devices.options": "OpenOptions",
+            "_devices.parameters": (
+                "COUNTS Parameter ParameterKind SetOfParameters parameter_sets status_set"
+            ),
             "_devices.tables": "MotionEnd",
             "_devices.unit": "Facts Unit",
             "_devices.values": "Bits BitsByUnit InUnits Raw Values",

@@ -73,6 +73,17 @@ class PartBase:
         """Source address of the messages of a subscription; None: any."""
         return self._at.address
 
+    def shows_motion(self, status: Values[Any]) -> bool | None:
+        """Return whether a status that this part reported shows a motion; None if it cannot show one.
+
+        Nothing is sent. ``is_moving()`` asks the controller.
+        """
+        moving = self._at.connection.unit.moving.get(type(status.message))
+        if moving is None:
+            return None
+        field, mask = moving
+        return bool(getattr(status.message, field) & mask)
+
     def _places(self) -> dict[str, Endpoint[Any]]:
         """Return the channels, bays or axes of this part by name, such as ``bay 2``; itself, if it is one."""
         at = self._at

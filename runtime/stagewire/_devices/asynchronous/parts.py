@@ -232,6 +232,14 @@ class Channel(Part):
         """The position in counts, for which no scale is required; each access sends a request."""
         return await status.position_counts(self._at)
 
+    @property
+    def travel(self) -> tuple[float, float] | None:
+        """The lowest and highest position of moves, in the unit of :attr:`position`; None if unknown.
+
+        It is known if both ends were passed to ``open``, as ``travel_mm=12``. Nothing is sent.
+        """
+        return status.travel(self._at)
+
     async def is_homed(self, *, timeout: float | None = None) -> bool:
         """Ask the controller whether the stage is homed.
 

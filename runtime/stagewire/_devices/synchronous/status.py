@@ -11,7 +11,7 @@ from stagewire._codec.flags import Flags
 from stagewire._devices.synchronous.calls import query
 from stagewire._devices.synchronous.targets import HOMED, position_in
 from stagewire._devices.synchronous.transport import Endpoint
-from stagewire._devices.travel import POSITION
+from stagewire._devices.travel import PER_MM, POSITION
 from stagewire._devices.values import Bits, BitsByUnit, Values
 from stagewire.errors import (
     BadValueError,
@@ -54,6 +54,15 @@ def position(endpoint: Endpoint, unit: str = "") -> float:
     divisor = _PER_MM.get(own, 1) if unit == "mm" else 1
     scale = scales.of(POSITION, own if divisor != 1 else unit or own)
     return float(scale.from_counts(counts) / divisor)
+
+
+def travel(endpoint: Endpoint) -> tuple[float, float] | None:
+    """Return the ends of the travel in the unit of the position; None if they are unknown."""
+    ends = endpoint.connection.limits(endpoint.place).travel
+    if ends is None or ends.low is None:
+        return None
+    factor = PER_MM.get(endpoint.scales().unit_of(POSITION), 1)
+    return float(ends.low * factor), float((ends.low + ends.length) * factor)
 
 
 def is_homed(endpoint: Endpoint, timeout: float | None) -> bool:

@@ -21,8 +21,8 @@ METHODS = frozenset(keyword.kwlist) | frozenset({
     "channels", "close", "disable", "e", "enable", "f", "facts", "info", "is_enabled", "is_homed",
     "is_moving", "left_moving", "low_level", "mode", "move_to", "mro", "open", "position", "position_counts",
     "position_deg", "position_mm", "reconnect", "record", "restore", "scales", "serial_number",
-    "session", "set_transit_time", "snapshot", "subscribe", "t", "text", "transit_time", "unit", "url", "v",
-    "values", "wait_for"
+    "session", "set_transit_time", "shows_motion", "snapshot", "subscribe", "t", "text", "transit_time",
+    "travel", "unit", "url", "v", "values", "wait_for"
 })  # fmt: skip
 # Names that arguments of methods, and attributes of the values they return, cannot have.
 ARGUMENTS = frozenset(keyword.kwlist) | frozenset({
