@@ -22,7 +22,7 @@ GROUPS: Final = {
         Row(("monitor", "panel"), "Show the status live; move several axes on one screen."),
         Row(("move", "home", "jog"), "Move one axis, and wait for the end of the motion."),
         Row(("stop",), "Stop all axes, or only one, without asking."),
-        Row(("serve",), "Share a line: one program writes, any number listen."),
+        Row(("serve", "ioc"), "Share a line with programs; publish motors to EPICS."),
     ),
     "Look up and decode": (
         Row(("show",), "Find messages, fields, units and stages in the registry."),
@@ -53,6 +53,7 @@ _PLACES: Final = {
     "format": ("format", "format_files", "EXAMPLE"),
     "generate": ("generate", "generate", "EXAMPLE"),
     "home": ("motion", "home", "HOME_EXAMPLE"),
+    "ioc": ("ioc", "ioc", "EXAMPLE"),
     "jog": ("motion", "jog", "JOG_EXAMPLE"),
     "list": ("discovery", "list_ports", "LIST_EXAMPLE"),
     "monitor": ("monitor", "monitor", "EXAMPLE"),
