@@ -9,7 +9,7 @@
 #   make coverage  the coverage of the library and the virtual controllers, compared with its floor
 #   make bench     speed and memory, compared with their limits
 #   make soak      256 virtual controllers for a minute, and 256 sessions; a day of ten axes; eight threads;
-#                  the conformance suite on every unit in real time
+#                  the conformance suite on every unit in real time; 100,000 puts to an IOC
 #   make fuzz      thirty million executions of the codecs, all kinds of user input for the command, and all kinds
 #                  of bytes for the virtual controllers
 # For a release, make archives builds the sdist, the wheel and the C archive in dist/.
@@ -28,8 +28,8 @@ WORKERS := $(shell $(PYTHON) -c "import os; print((os.cpu_count() or 1) + 1)")
 BUDGET ?= 540
 
 BENCHMARKS := codec_speed framing_speed commands columns start_up round_trip opening stop_latency panel_stop silent framing_time \
-	capture_memory framing_experiment c_speed
-SOAKS := virtual_soak many_sessions threads endurance conformance_time
+	capture_memory framing_experiment c_speed ioc_load
+SOAKS := virtual_soak many_sessions threads endurance conformance_time ioc_soak
 EXECUTIONS := 10000000
 C_EXECUTIONS := 20000000
 SECONDS := 60
