@@ -21,6 +21,8 @@ ELSEWHERE = {
     ),
     "docs/how-to/correct-a-fact.md": "tests/documentation/walkthrough/test_contributing.py",
     "docs/tutorials/new-message.md": "tests/documentation/walkthrough/test_contributing.py",
+    "docs/control-systems.md#Over EPICS": "tests/control/test_epics_plans.py",
+    "docs/how-to/epics.md": "tests/control/test_epics_page.py",
     "docs/reference/vectors.md": "tests/conformance/testees/test_cases.py",
     "docs/tutorials/your-own-protocol.md": "tests/documentation/walkthrough/test_your_own_protocol.py",
     "examples/c/README.md": "tests/generated/c/test_c_examples.py",
@@ -39,6 +41,10 @@ NOT_RUN = {
     "pip install '.[pandas,pint]'": "needs the network",
     "pip install '.[panel]'": "needs the network",
     "pip install '.[conformance]'": "needs the network",
+    "pip install '.[bluesky]'": "needs the network",
+    "pip install '.[epics]'": "needs the network",
+    "pip install '.[pymmcore]'": "needs the network",
+    "pip install '.[bluesky,plot]'": "needs the network",
     'stagewire panel "virtual://TDC001?stage=Z8" "virtual://KDC101?stage=PRM1-Z8"'
     " --stage Z8 --stage PRM1-Z8": (
         "needs a terminal; tests/cli/test_cli_panel_terminal.py has one"
@@ -90,8 +96,8 @@ BY_MACHINE = {
 READ_ONLY = {
     (
         "docs/architecture.md",
-        "stagewire_cli -> stagewire_conformance, stagewire_generator, stagewire_virtual, stagewire_apt, "
-        "stagewire",
+        "stagewire_cli -> stagewire_epics, stagewire_conformance, stagewire_generator, stagewire_virtual, "
+        "stagewire_apt, stagewire",
     ): "a diagram; tests/structure compares it with the imports",
     ("docs/how-to/editors.md", "spec/"): "a tree of folders",
     ("docs/how-to/overlays.md", "spec/thorlabs_apt/overlays/later_issues/"): "a tree of folders",

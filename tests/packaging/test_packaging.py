@@ -27,6 +27,9 @@ PACKAGES = {
     "stagewire": ROOT / "runtime",
     "stagewire_apt": ROOT / "generated" / "python",
     "stagewire_ms2000": ROOT / "generated" / "python",
+    "stagewire_bluesky": ROOT / "control",
+    "stagewire_epics": ROOT / "control",
+    "stagewire_pymmcore": ROOT / "control",
     "stagewire_cli": ROOT / "cli",
     "stagewire_conformance": ROOT / "conformance",
     "stagewire_generator": ROOT / "generator",
@@ -215,7 +218,8 @@ events = load_protocol("thorlabs_apt").framer(End.DEVICE).feed(frame.encode())
 inside = all(pathlib.Path(file).is_relative_to(wheel) for file in files)
 print(json.dumps([inside, available_protocols(), repr(frame.message), len(events)]))
 """
-    packages = json.dumps(sorted(PACKAGES.keys() - {"stagewire_generator"}))
+    control = {name for name, room in PACKAGES.items() if room == ROOT / "control"}
+    packages = json.dumps(sorted(PACKAGES.keys() - control - {"stagewire_generator"}))
     done = python(unpacked, PRELUDE + code, packages, MOVE)
     assert done.stderr == ""
     message = "MotMoveAbsolute(chan_ident=1, absolute_distance=200000)"

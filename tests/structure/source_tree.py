@@ -15,6 +15,9 @@ ROOMS = {
     "stagewire_generator": ROOT / "generator",
     "stagewire_virtual": ROOT / "virtual",
     "stagewire_conformance": ROOT / "conformance",
+    "stagewire_bluesky": ROOT / "control",
+    "stagewire_epics": ROOT / "control",
+    "stagewire_pymmcore": ROOT / "control",
     "stagewire_cli": ROOT / "cli",
 }
 """The hand-written packages, and the folder of each."""

@@ -180,6 +180,7 @@ def test_files_and_folders_named_on_the_page_exist() -> None:
         "generated",
         "virtual",
         "conformance",
+        "control",
         "cli",
         "tests",
     )

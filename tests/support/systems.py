@@ -20,6 +20,7 @@ POSIX = ("linux", "darwin")
 NEEDS = {
     "packaging/build_systems/": (LINUX, "runs make, CMake and the compilers of Linux"),
     "generated/c/": (LINUX, "runs the compilers, emulators and checkers of Linux"),
+    "control/test_epics_network.py": (LINUX, "requires network namespaces of Linux"),
     "fuzz/": (POSIX, "limits the time of a case with SIGALRM"),
     "generator/change/test_change_revision.py::test_broken_git_is_reported": (
         POSIX,
