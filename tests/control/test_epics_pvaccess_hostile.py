@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import random
-import resource
 import socket
 import struct
 import time
@@ -142,6 +141,8 @@ def test_stops_get_through_during_and_after_an_attack(
 @contextmanager
 def few_files(number: int) -> Iterator[None]:
     """Let this process open a small number of files, unless it raises the limit."""
+    import resource  # only systems of POSIX have it
+
     limits = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (number, limits[1]))
     try:

@@ -9,6 +9,7 @@ pyserial accepts that a pty has no RTS, so these clients can open one unchanged.
 
 from __future__ import annotations
 
+import logging
 import sys
 import threading
 import time
@@ -106,7 +107,8 @@ def test_thorlabs_apt_device(
             for bay in range(bays):
                 drive(device, served, bay, forward)
         until(lambda: is_silent(served), "the controller falls silent after the client has left")
-    assert not caplog.records, "the client logged an error"
+    errors = [record for record in caplog.records if record.levelno >= logging.WARNING]
+    assert not errors, "the client logged an error"
 
 
 @needs_pty
