@@ -22,6 +22,8 @@ from stagewire_epics.records import PutRefusedError, Record
 _log = logging.getLogger("stagewire")
 SAVED: Final = ("OFF", "DIR", "FOFF", "DLLM", "DHLM", "TWV", "HLSV")
 """The fields that are saved."""
+_CHANGING: Final = ("HLM", "LLM", "SET")
+"""Other fields whose puts change them; SET is put before a position is set."""
 _DELAY: Final = 1.0
 """Seconds from a change until it is saved."""
 
@@ -31,7 +33,10 @@ class AutosaveError(StagewireError):
 
 
 class Autosave:
-    """Saves the fields of motors after each change.
+    """Saves the fields of motors after each change by a client.
+
+    What an IOC publishes by itself, such as the limits of the bench when it starts, is not saved: it would
+    replace what another run has saved.
 
     :param path: JSON file. A file of an earlier run is kept as ``PATH.bak``, unless it was restored.
     :param motors: the motors by the name of their record.
@@ -48,6 +53,7 @@ class Autosave:
         self._motors = motors
         self._keep_former = path.exists()
         self._saving: asyncio.Task[None] | None = None
+        self._saved = 0
         for motor in motors.values():
             for field in SAVED:
                 motor.records[field].listen(self._changed)
@@ -79,8 +85,16 @@ class Autosave:
         self._keep_former = False
 
     async def _changed(self, _: Record) -> None:
-        if self._saving is None or self._saving.done():
+        if self._puts() > self._saved and (self._saving is None or self._saving.done()):
             self._saving = asyncio.create_task(self._save_later())
+
+    def _puts(self) -> int:
+        """Return how many values clients have put into the fields that change what is saved."""
+        return sum(
+            motor.records[field].puts
+            for motor in self._motors.values()
+            for field in (*SAVED, *_CHANGING)
+        )
 
     async def _save_later(self) -> None:
         await asyncio.sleep(_DELAY)
@@ -100,6 +114,7 @@ class Autosave:
             name: {field: motor.records[field].value for field in SAVED}
             for name, motor in self._motors.items()
         }
+        puts = self._puts()
         temporary = self._path.with_name(self._path.name + ".new")
         try:
             temporary.write_text(json.dumps(values, indent=1) + "\n", "utf-8")
@@ -107,5 +122,6 @@ class Autosave:
                 os.replace(self._path, self._path.with_name(self._path.name + ".bak"))
                 self._keep_former = False
             os.replace(temporary, self._path)
+            self._saved = puts
         except OSError as error:
             _log.warning("%s: cannot save: %s", self._path, error.strerror)

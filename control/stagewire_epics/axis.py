@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass
 from math import ceil, log10
 from typing import Any, Final
 
-from stagewire import Flags
-from stagewire.devices import Bits, BitsByUnit, Values
+from stagewire.devices import COUNTS, ParameterKind, Values, status_set
 from stagewire.errors import UnknownScaleError, UnsupportedError
 
-COUNTS: Final = "counts"
-"""The unit of an axis whose scale is unknown."""
-_STATUS: Final = ("get_dc_status_update", "get_status_update", "read_motor_position_and_status")
-"""The methods that report the position and the state; each motor has one of them."""
 _LOW: Final = frozenset({"reverse_hardware_limit", "lower_limit"})
 _HIGH: Final = frozenset({"forward_hardware_limit", "upper_limit"})
 _ENABLED: Final = "channel_enabled"
@@ -71,7 +65,10 @@ class OpenAxis:
         self._stop_disables = hasattr(type(part), "start_motor")
         self.enabled = True
         """Whether the motor is enabled, as far as is known."""
-        self._status = next(getattr(part, name) for name in _STATUS if hasattr(type(part), name))
+        status = status_set(type(part))
+        assert status is not None  # each motor reports its position with bits
+        self._status = getattr(part, status.read)
+        [self._bits] = [one for one in status.parameters.values() if one.kind is ParameterKind.BITS]
 
     @property
     def precision(self) -> int:
@@ -98,7 +95,7 @@ class OpenAxis:
         moving = self.part.shows_motion(values)
         if moving is None:
             moving = await self.part.is_moving(timeout=timeout)
-        names = _bits(values)
+        names = self._bits.plain(values)
         counts = int(values.message.position)
         if _ENABLED in names:  # such as by another program
             self.enabled = True
@@ -109,7 +106,7 @@ class OpenAxis:
             low=not _LOW.isdisjoint(names),
             high=not _HIGH.isdisjoint(names),
             homed="homed" in names,
-            enabled=_ENABLED in names if _ENABLED in _known_bits(values) else self.enabled,
+            enabled=_ENABLED in names if _ENABLED in self._bits.names else self.enabled,
             faults=tuple(name for name in names if name.endswith(_FAULTS)),
             values=values,
         )
@@ -198,24 +195,3 @@ def _number(values: Values[Any], name: str) -> float | None:
     with suppress(UnknownScaleError, AttributeError):
         return float(getattr(values, name))
     return None
-
-
-def _flags(values: Values[Any]) -> Flags | None:
-    """Return the bits of a status."""
-    for name in values.names:
-        if isinstance(getattr(type(values), name), Bits | BitsByUnit):
-            flags: Flags = getattr(values, name)
-            return flags
-    return None
-
-
-def _bits(values: Values[Any]) -> tuple[str, ...]:
-    """Return the names of the bits that are set in a status."""
-    flags = _flags(values)
-    return () if flags is None else tuple(flags.names)
-
-
-def _known_bits(values: Values[Any]) -> Collection[str]:
-    """Return the names of all bits of a status."""
-    flags = _flags(values)
-    return () if flags is None else flags.bits

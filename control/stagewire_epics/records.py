@@ -116,6 +116,8 @@ class Record:
         """The type of record that clients see."""
         self.alarm = UNDEFINED if value is None else NO_ALARM
         self.time = time.time()
+        self.puts = 0
+        """The number of values that clients have put, also of those that failed."""
         self._put = put
         self._listeners: list[Listener] = []
 
@@ -160,6 +162,7 @@ class Record:
         """
         if self._put is None:
             raise PutRefusedError(f"{self.name} is read-only")
+        self.puts += 1
         await self._put(self.checked(value))
 
     def checked(self, value: Any) -> Any:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stagewire_epics.axis import COUNTS, OpenAxis
+from stagewire.devices import COUNTS
+from stagewire_epics.axis import OpenAxis
 from stagewire_epics.motions import Motions
 from stagewire_epics.records import PutRefusedError
 from stagewire_epics.state import MotorState

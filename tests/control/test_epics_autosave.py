@@ -47,6 +47,8 @@ def test_without_a_request_nothing_is_restored_and_the_file_is_kept(tmp_path: Pa
     path = tmp_path / "lab.json"
     kept(path, CHANGED)
     before = path.read_text()
+    assert kept(path, {"VAL": 0.1})["OFF"] == 0.0
+    assert path.read_text() == before
     assert kept(path, {"TWV": 2.0})["OFF"] == 0.0
     assert path.with_name("lab.json.bak").read_text() == before
 

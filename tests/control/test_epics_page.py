@@ -55,7 +55,6 @@ def test_the_commands_of_the_page_read_and_move(tmp_path: Path) -> None:
     assert re.search(r"LAB:x\.RBV +\[0\]", printed[0])
     assert "mm" in printed[0]
     assert re.search(r"New : +LAB:x .*\[5\.\]", printed[1]), printed[1]
-    assert (tmp_path / "lab.json").exists()
 
 
 def test_the_bench_and_the_table_of_access_are_valid(tmp_path: Path) -> None:
