@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from stagewire_epics.axis import Reading
 from stagewire_epics.motions import Motions
+from stagewire_epics.records import PutRefusedError
 from stagewire_epics.state import MotorState
 
 
@@ -22,6 +26,21 @@ class Calibration:
     def setting(self) -> bool:
         """Whether targets set the position instead of moving to it."""
         return bool(self._state["SET"])
+
+    def restore(self, values: Mapping[str, Any]) -> None:
+        """Take over saved values of fields, before the controller is open.
+
+        Raise :class:`PutRefusedError` for an unusable value.
+        """
+        state, place = self._state, self._state.coordinates
+        for field, value in values.items():
+            state.records[field].value = state.records[field].checked(value)
+        place.offset, place.negative = state["OFF"], bool(state["DIR"])
+        if state["DLLM"] > state["DHLM"]:
+            raise PutRefusedError(
+                f"{state.name}: DLLM {state['DLLM']:g} is above DHLM {state['DHLM']:g}"
+            )
+        place.low, place.high = state["DLLM"], state["DHLM"]
 
     async def set_user(self, user: float) -> None:
         """Give the present position another user coordinate. Nothing moves."""

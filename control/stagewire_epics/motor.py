@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable, Mapping
+from functools import partialmethod
 from typing import Any, Final
 
 from stagewire.errors import (
@@ -111,19 +112,11 @@ class Motor:
         await self._state.show_presence()
 
     def restore(self, values: Mapping[str, Any]) -> None:
-        """Take over saved coordinates, limits and settings, before the controller is open.
+        """Take over saved values of fields, before the controller is open.
 
         Raise :class:`PutRefusedError` for an unusable value.
         """
-        for field, value in values.items():
-            self.records[field].value = self.records[field].checked(value)
-        place, state = self._state.coordinates, self._state
-        place.offset, place.negative = state["OFF"], bool(state["DIR"])
-        if state["DLLM"] > state["DHLM"]:
-            raise PutRefusedError(
-                f"{self.name}: DLLM {state['DLLM']:g} is above DHLM {state['DHLM']:g}"
-            )
-        place.low, place.high = state["DLLM"], state["DHLM"]
+        self._calibration.restore(values)
 
     async def detach(self, error: StagewireError) -> None:
         """Fail the motion under way, and mark all fields as invalid, because the controller is lost."""
@@ -133,8 +126,8 @@ class Motor:
     async def watch(self) -> None:
         """Read the state of the axis while no motion does, until the line is lost."""
         read = time.monotonic()
-        while self._motions.axis is not None:
-            if (axis := self._motions.axis) is not None and not self._motions.running:
+        while (axis := self._motions.axis) is not None:
+            if not self._motions.running:
                 try:
                     await self._motions.poll()
                     if time.monotonic() - read > SELDOM:
@@ -246,15 +239,8 @@ class Motor:
         finally:
             await self._state.post(RLV=0.0)
 
-    async def put_twf(self, on: int) -> None:
-        """Move by TWV."""
-        await self._tweak("TWF", on)
-
-    async def put_twr(self, on: int) -> None:
-        """Move by -TWV."""
-        await self._tweak("TWR", on)
-
     async def _tweak(self, name: str, on: int) -> None:
+        """Move by TWV, forward or in reverse."""
         if not self._is_on(name, on):
             return
         self._refuse_setting(name)
@@ -262,15 +248,11 @@ class Motor:
         dial = self._state.coordinates.dial(self._state.coordinates.user(self._state.target) + way)
         await self._go(name, dial)
 
-    async def put_jogf(self, on: int) -> None:
-        """Move towards the upper limit until 0."""
-        await self._jog("JOGF", on, upper=True)
-
-    async def put_jogr(self, on: int) -> None:
-        """Move towards the lower limit until 0."""
-        await self._jog("JOGR", on, upper=False)
+    put_twf = partialmethod(_tweak, "TWF")
+    put_twr = partialmethod(_tweak, "TWR")
 
     async def _jog(self, name: str, on: int, *, upper: bool) -> None:
+        """Move towards a limit until 0."""
         if not self._is_on(name, on):
             wanted = self._motions.wanted
             if wanted is not None and wanted.what == self._what(name):
@@ -287,15 +269,11 @@ class Motor:
         dial = place.high if upper is not place.negative else place.low
         await self._go(name, dial, endless=True)
 
-    async def put_homf(self, on: int) -> None:
-        """Home with the settings of the controller."""
-        await self._home("HOMF", on)
-
-    async def put_homr(self, on: int) -> None:
-        """Home with the settings of the controller."""
-        await self._home("HOMR", on)
+    put_jogf = partialmethod(_jog, "JOGF", upper=True)
+    put_jogr = partialmethod(_jog, "JOGR", upper=False)
 
     async def _home(self, name: str, on: int) -> None:
+        """Home with the settings of the controller."""
         if not self._is_on(name, on):
             return
         self._refuse_setting(name)
@@ -309,6 +287,9 @@ class Motor:
 
         motion = Motion(self._what(name), call)
         await self._move(name, motion)
+
+    put_homf = partialmethod(_home, "HOMF")
+    put_homr = partialmethod(_home, "HOMR")
 
     async def put_stop(self, on: int) -> None:
         """Stop."""
@@ -398,8 +379,6 @@ class Motor:
             await self._state.post(DMOV=0)
             await self._state.post(DMOV=1)
         return error
-
-    # Helpers
 
     def _what(self, name: str) -> str:
         return f"{self.name}.{name}"

@@ -17,6 +17,16 @@ STOP = bytes((0x65, 0x04))
 STARTS = (MOVE, bytes((0x43, 0x04)), bytes((0x48, 0x04)), bytes((0x57, 0x04)), bytes((0x6A, 0x04)))
 """Frames, or their first bytes, that start a motion of a TDC001."""
 
+MS2000 = """
+[controllers.m]
+unit = "MS2000"
+url = "{url}"
+[motors.x]
+controller = "m"
+axis = "X"
+"""
+"""A bench with an axis of an MS-2000."""
+
 Body = Callable[[Running, Any, Line], Awaitable[None]]
 
 

@@ -1,26 +1,20 @@
-"""The fields of a motor record behave as in the motor record of EPICS, without a network."""
+"""The fields of a motor record that move behave as in the motor record of EPICS, without a network."""
 
 from __future__ import annotations
 
 import asyncio
-import random
-from contextlib import suppress
 from typing import Any
 
 import pytest
-from iocs import SOON, Running, bench_of, running
-from lines import Line, recorded
-from motors import MOVE, STOP, motor_test, starts
+from iocs import SOON, Running, running
+from lines import Line
+from motors import MS2000, STOP, motor_test, starts
 
 import stagewire_virtual as virtual
 from stagewire.errors import (
-    LimitError,
     MotionStoppedError,
-    ReplyTimeoutError,
     StagewireError,
-    TransportLostError,
 )
-from stagewire_apt import stages
 from stagewire_epics.records import PutRefusedError, Severity
 
 
@@ -64,23 +58,6 @@ async def test_the_newest_target_wins_and_the_former_put_fails(
 
 
 @motor_test
-async def test_a_target_beyond_the_limits_is_refused_and_sends_nothing(
-    x: Running, tdc: Any, line: Line
-) -> None:
-    x.posts.clear()
-    sent = starts(line)
-    with pytest.raises(LimitError, match=r"12\.5 mm is outside the limits, 0 to 12 mm"):
-        await x.put("VAL", 12.5)
-    assert starts(line) == sent
-    assert (x["VAL"], x["LVIO"]) == (0.0, 1)
-    kinds = [post for post in x.posts if post[0] in ("RBV", "DMOV")]
-    assert [(kinds[0][0], kinds[0][2])] == [("RBV", Severity.MINOR)]
-    assert [post[:2] for post in kinds[1:]] == [("DMOV", 0), ("DMOV", 1)]
-    await x.put("VAL", 0.1)
-    assert (x["LVIO"], x.severity()) == (0, Severity.NO_ALARM)
-
-
-@motor_test
 async def test_stop_fails_the_put_and_sets_the_alarm_before_dmov(
     x: Running, tdc: Any, line: Line
 ) -> None:
@@ -108,115 +85,9 @@ async def test_stop_fails_the_put_and_sets_the_alarm_before_dmov(
 
 
 @motor_test
-async def test_no_move_is_sent_after_a_stop_that_came_early(
-    x: Running, tdc: Any, line: Line
-) -> None:
-    numbers = random.Random(28)
-    for _ in range(25):
-        line.sent = b""
-        target = 8.0 if x["RBV"] < 4 else 0.5
-        moving = x.begin("VAL", target)
-        await asyncio.sleep(numbers.uniform(0, 0.012))
-        await x.put("STOP", 1)
-        with suppress(StagewireError):
-            await moving
-        await x.until("DMOV", 1)
-        await asyncio.sleep(0.05)
-        before, stop, after = line.sent.partition(STOP)
-        assert MOVE not in after
-        assert stop or MOVE not in before
-    await asyncio.sleep(0.6)
-    assert x["MOVN"] == 0
-
-
-@motor_test
 async def test_stop_of_an_axis_at_rest_sends_no_stop(x: Running, tdc: Any, line: Line) -> None:
     await x.put("STOP", 1)
     assert STOP not in line.sent
-
-
-@motor_test
-async def test_an_unplugged_line_fails_the_put_soon_and_makes_everything_invalid(
-    x: Running, tdc: Any, line: Line
-) -> None:
-    moving = x.begin("VAL", 8.0)
-    await x.beyond(0.1)
-    tdc.unplug()
-    async with asyncio.timeout(SOON):
-        with pytest.raises(TransportLostError):
-            await moving
-    await x.until("DMOV", 1)
-    await x.connected(now=False)
-    assert {record.alarm.severity for record in x.motor.records.values()} == {Severity.INVALID}
-    with pytest.raises(PutRefusedError, match="the controller is not connected"):
-        await x.put("VAL", 1.0)
-
-
-@pytest.mark.parametrize("frozen", [0, 1])
-def test_with_set_a_target_sets_the_position_and_moves_nothing(frozen: int) -> None:
-    @motor_test
-    async def body(x: Running, tdc: Any, line: Line) -> None:
-        await x.put("VAL", 0.5)
-        sent = starts(line)
-        await x.put("FOFF", frozen)
-        await x.put("SET", 1)
-        await x.put("VAL", 3.0)
-        await x.put("SET", "Use")
-        assert starts(line) == sent
-        assert x["RBV"] == x["VAL"] == pytest.approx(3.0, abs=1e-4)
-        if frozen:
-            assert x["OFF"] == 0.0
-            assert x["DRBV"] == pytest.approx(3.0, abs=1e-4)
-        else:
-            assert x["OFF"] == pytest.approx(2.5, abs=1e-4)
-            assert x["DRBV"] == pytest.approx(0.5, abs=1e-4)
-            assert (x["LLM"], x["HLM"]) == pytest.approx((2.5, 14.5), abs=1e-4)
-        await x.put("VAL", 3.2)
-        assert x["RBV"] == pytest.approx(3.2, abs=1e-4)
-        assert starts(line) == sent + 1
-
-    body()
-
-
-@motor_test
-async def test_with_set_a_dial_or_raw_target_changes_the_controller(
-    x: Running, tdc: Any, line: Line
-) -> None:
-    await x.put("SET", 1)
-    await x.put("DVAL", 2.0)
-    assert (x["DRBV"], x["RBV"], x["OFF"]) == pytest.approx((2.0, 0.0, -2.0), abs=1e-4)
-    await x.put("RVAL", 34304)
-    assert (x["RRBV"], x["DRBV"], x["RBV"]) == pytest.approx((34304, 1.0, 0.0), abs=1e-4)
-    await x.put("SET", 0)
-    assert starts(line) == 0
-
-
-@motor_test
-async def test_with_set_motions_by_distance_are_refused(x: Running, tdc: Any, line: Line) -> None:
-    await x.put("SET", 1)
-    for field in ("TWF", "TWR", "JOGF", "JOGR", "HOMF", "HOMR"):
-        with pytest.raises(PutRefusedError, match="SET is Set; put Use first"):
-            await x.put(field, 1)
-    assert starts(line) == 0
-
-
-@motor_test
-async def test_offset_and_direction_change_user_coordinates_and_limits(
-    x: Running, tdc: Any, line: Line
-) -> None:
-    await x.put("OFF", 1.0)
-    assert (x["RBV"], x["LLM"], x["HLM"], x["DLLM"], x["DHLM"]) == (1.0, 1.0, 13.0, 0.0, 12.0)
-    await x.put("FOFF", "Frozen")
-    await x.put("DIR", "Neg")
-    assert (x["RBV"], x["LLM"], x["HLM"]) == (1.0, -11.0, 1.0)
-    await x.put("VAL", 0.5)
-    assert x["DRBV"] == pytest.approx(0.5, abs=1e-4)
-    assert x["TDIR"] == 1
-    await x.put("FOFF", "Variable")
-    await x.put("DIR", "Pos")
-    assert x["RBV"] == pytest.approx(0.5, abs=1e-4)
-    assert x["OFF"] == pytest.approx(0.0, abs=1e-4)
-    assert starts(line) == 1
 
 
 @motor_test
@@ -252,38 +123,6 @@ async def test_a_jog_moves_until_it_is_0_and_ends_without_alarm(
     back = x.begin("JOGR", 1)
     await back
     assert x["RBV"] == pytest.approx(0.0, abs=1e-3)
-
-
-@motor_test
-async def test_limits_narrow_but_do_not_exceed_the_travel(x: Running, tdc: Any, line: Line) -> None:
-    await x.put("HLM", 0.5)
-    await x.put("DLLM", 0.1)
-    assert (x["DLLM"], x["DHLM"], x["LLM"], x["HLM"]) == (0.1, 0.5, 0.1, 0.5)
-    assert x.motor.records["VAL"].limits == (0.1, 0.5)
-    with pytest.raises(LimitError):
-        await x.put("VAL", 0.6)
-    for field, value in (("HLM", 13.0), ("LLM", -1.0), ("DLLM", 0.5), ("DHLM", 0.05)):
-        with pytest.raises(PutRefusedError):
-            await x.put(field, value)
-    assert (x["DLLM"], x["DHLM"]) == (0.1, 0.5)
-    assert starts(line) == 0
-
-
-def test_limits_of_an_axis_without_travel_are_set_or_refused_and_never_removed_by_chance() -> None:
-    async def body(url: str) -> None:
-        async with running(bench_of(url).replace("travel_mm = 12", "")) as x:
-            with pytest.raises(PutRefusedError, match="5 mm is above the upper one, 0 mm"):
-                await x.put("LLM", 5)
-            await x.put("HLM", 5)
-            with pytest.raises(PutRefusedError, match="both dial limits would be 5 mm"):
-                await x.put("LLM", 5)
-            with pytest.raises(LimitError):
-                await x.put("VAL", 6)
-            await x.put("HLM", 0)
-            assert (x["DLLM"], x["DHLM"]) == (0.0, 0.0)
-
-    with virtual.TDC001(stage=stages.Z8).tcp() as tdc:
-        asyncio.run(body(tdc.url))
 
 
 @motor_test
@@ -353,26 +192,6 @@ async def test_homing_ends_with_dmov_and_msta(x: Running, tdc: Any, line: Line) 
     assert (x["MSTA"] & 1 << 13, x["LLS"], x.severity()) == (1 << 13, 0, Severity.NO_ALARM)
 
 
-def test_a_limit_switch_that_stops_a_motion_is_reported_with_its_severity() -> None:
-    async def body(url: str) -> None:
-        bench = bench_of(url).replace("travel_mm = 12", "travel_mm = [-12, 12]")
-        async with running(bench) as x:
-            with pytest.raises(StagewireError):
-                await x.put("VAL", 3.0)
-            assert (x["HLS"], x["LLS"], x.severity()) == (1, 0, Severity.MAJOR)
-            await x.put("VAL", 1.0)
-            assert (x["HLS"], x.severity()) == (0, Severity.NO_ALARM)
-            jogging = x.begin("JOGF", 1)
-            with pytest.raises(StagewireError):
-                await jogging
-            await x.put("HLSV", "INVALID")
-            await asyncio.sleep(0.7)
-            assert x.severity() is Severity.INVALID
-
-    with virtual.TDC001(stage=stages.Z8, travel=68608).tcp() as tdc:
-        asyncio.run(body(tdc.url))
-
-
 @motor_test
 async def test_puts_take_effect_in_the_order_in_which_they_came(
     x: Running, tdc: Any, line: Line
@@ -435,80 +254,6 @@ async def test_a_stop_by_another_program_fails_the_put_and_sets_the_alarm(
     assert x.severity() is Severity.MINOR
     await x.until("DMOV", 1)
     assert x["VAL"] == x["RBV"] < 8.0
-
-
-@motor_test
-async def test_a_controller_that_falls_silent_fails_the_put_and_makes_the_readback_invalid(
-    x: Running, tdc: Any, line: Line
-) -> None:
-    moving = x.begin("VAL", 8.0)
-    await x.beyond(0.1)
-    line.silence()
-    async with asyncio.timeout(SOON):
-        with pytest.raises(ReplyTimeoutError, match="fell silent during a motion"):
-            await moving
-    await x.until("DMOV", 1)
-    assert x.severity() is Severity.INVALID
-
-
-@motor_test
-async def test_a_line_that_comes_back_moves_nothing(x: Running, tdc: Any, line: Line) -> None:
-    moving = x.begin("VAL", 8.0)
-    await x.beyond(0.1)
-    line.cut()
-    with pytest.raises(TransportLostError):
-        await moving
-    await x.connected(now=False)
-    sent = starts(line)
-    await x.connected()
-    await asyncio.sleep(0.5)
-    await x.until("MOVN", 0)
-    await asyncio.sleep(0.1)
-    assert starts(line) == sent == 1
-    assert x["VAL"] == x["RBV"]
-    await x.put("VAL", 0.5)
-    assert x["RBV"] == pytest.approx(0.5, abs=1e-3)
-
-
-def test_the_end_of_an_ioc_stops_the_axis_and_fails_the_put() -> None:
-    async def body(url: str, line: Line) -> None:
-        async with running(bench_of(url)) as x:
-            moving = x.begin("VAL", 8.0)
-            await x.beyond(0.1)
-        with pytest.raises(MotionStoppedError, match="the IOC ends"):
-            await moving
-        assert STOP in line.sent
-
-    with virtual.TDC001(stage=stages.Z8).tcp() as tdc, recorded(tdc.url) as line:
-        asyncio.run(body(line.url, line))
-
-
-def test_a_controller_that_is_off_is_opened_when_it_is_there() -> None:
-    async def body() -> None:
-        with virtual.TDC001(stage=stages.Z8).tcp() as tdc:
-            url = tdc.url
-        async with running(bench_of(url), connected=False) as x:
-            await asyncio.sleep(0.3)
-            assert x.severity() is Severity.INVALID
-            with pytest.raises(PutRefusedError, match="the controller is not connected"):
-                await x.put("VAL", 1.0)
-            port = int(url.rpartition(":")[2])
-            with virtual.TDC001(stage=stages.Z8).tcp(port):
-                await x.connected()
-                await x.put("VAL", 0.1)
-                assert x["RBV"] == pytest.approx(0.1, abs=1e-3)
-
-    asyncio.run(body())
-
-
-MS2000 = """
-[controllers.m]
-unit = "MS2000"
-url = "{url}"
-[motors.x]
-controller = "m"
-axis = "X"
-"""
 
 
 def test_an_axis_of_an_ms2000_moves_again_after_a_stop_when_it_is_enabled() -> None:

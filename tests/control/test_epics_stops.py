@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from iocs import Running, bench_of, running
 from lines import Line, recorded
-from motors import MOVE, STOP, motor_test, starts
+from motors import MOVE, MS2000, STOP, motor_test, starts
 
 import stagewire_virtual as virtual
 from stagewire.errors import LimitError, MotionStoppedError
@@ -103,16 +103,6 @@ def test_a_put_while_the_ioc_ends_moves_nothing() -> None:
 
     with virtual.TDC001(stage=stages.Z8).tcp() as tdc, recorded(tdc.url) as line:
         asyncio.run(body(line))
-
-
-MS2000 = """
-[controllers.m]
-unit = "MS2000"
-url = "{url}"
-[motors.x]
-controller = "m"
-axis = "X"
-"""
 
 
 def test_an_ms2000_moves_on_after_a_newer_target_a_pause_and_a_jog_but_not_after_a_stop() -> None:
