@@ -35,8 +35,8 @@ class AutosaveError(StagewireError):
 class Autosave:
     """Saves the fields of motors after each change by a client.
 
-    What an IOC publishes by itself, such as the limits of the bench when it starts, is not saved: it would
-    replace what another run has saved.
+    Values that the IOC itself publishes, such as the limits of the bench at the start, are not saved: they
+    would replace those of an earlier run.
 
     :param path: JSON file. A file of an earlier run is kept as ``PATH.bak``, unless it was restored.
     :param motors: the motors by the name of their record.
