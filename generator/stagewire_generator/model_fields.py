@@ -20,6 +20,7 @@ class Format:
     size: int  # in bytes; 0 for an array, whose length depends on other fields
     signed: bool
     kind: str  # integer | text | bytes | array
+    real: bool = False  # an integer that is the bit pattern of an IEEE 754 number
 
     @property
     def is_odd(self) -> bool:

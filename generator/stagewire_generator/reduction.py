@@ -48,6 +48,8 @@ def reduced(protocol: Protocol, names: Collection[str]) -> Protocol:
         for name in table
     }
     formats = {field.format.name for field in fields}
+    idents = (protocol.units["units"][name].get("channel_idents") for name in wanted)
+    named = {protocol.framing.get("axes"), *idents}
     examples = _examples(protocol, scales, kept, formats)
     cited = {slug for example in examples.values() for slug in errata_of(example)}
     return replace(
@@ -58,7 +60,7 @@ def reduced(protocol: Protocol, names: Collection[str]) -> Protocol:
         enumerations=tuple(
             enumeration
             for enumeration in protocol.enumerations
-            if enumeration.name == protocol.framing.get("axes")
+            if enumeration.name in named
             or any(enumeration in field.enumerations for field in fields)
         ),
         flags=tuple(t for t in protocol.flags if any(t in f.flag_tables for f in fields)),
@@ -150,12 +152,13 @@ def _sets(sets: Iterable[ParameterSet], kept: Collection[str]) -> Iterator[Param
 
 
 def _settings(settings: Json, kept: Collection[str]) -> Json:
-    """Return the settings that a message or set still reports."""
+    """Return the settings that a message or set still reports, and those that none reports."""
     left = {
         name: {**entry, "told_by": {key: by for key, by in entry["told_by"].items() if key in kept}}
         for name, entry in settings.items()
     }
-    return {name: entry for name, entry in left.items() if entry["told_by"]}
+    told = {name for name, entry in settings.items() if entry["told_by"]}
+    return {name: entry for name, entry in left.items() if entry["told_by"] or name not in told}
 
 
 # Units and stages
@@ -241,6 +244,9 @@ def _examples(
         named = {str(part).partition(".")[0] for part in example.get("claim", {}).values()}
         if named & gone:
             continue  # a statement about a message that is left out
+        printed_is = example.get("printed_is", {})
+        if {printed_is.get("decodes", {}).get("message"), printed_is.get("id_of")} & gone:
+            continue  # its bytes are those of a message that is left out
         if example.get("format", "") not in ("", *formats):
             continue  # a number in a format that no field has
         if (

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from stagewire._devices.synchronous.recorder import Recorder
     from stagewire._devices.tables import MotionEnd
     from stagewire._devices.unit import Facts, Unit
-    from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw, Values
+    from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw, Real, Values
 
 __all__ = [
     "COUNTS",
@@ -51,6 +51,7 @@ __all__ = [
     "ParameterKind",
     "Part",
     "Raw",
+    "Real",
     "Recorder",
     "Scales",
     "SetOfParameters",
@@ -83,7 +84,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             ),
             "_devices.tables": "MotionEnd",
             "_devices.unit": "Facts Unit",
-            "_devices.values": "Bits BitsByUnit InUnits Raw Values",
+            "_devices.values": "Bits BitsByUnit InUnits Raw Real Values",
             "_devices.scales": "Scales ToldValue",
             "_devices.candidates": "candidates clean_model",
             "_devices.connection": "link_options",

@@ -98,6 +98,7 @@ if TYPE_CHECKING:
         RawBytes,
         RawIntegers,
         RawText,
+        Real,
         Values,
     )
     from stagewire._framings.header.counted import Counted, CountedMessage
@@ -201,6 +202,7 @@ __all__ = [
     "RawBytes",
     "RawIntegers",
     "RawText",
+    "Real",
     "Reply",
     "Reported",
     "Rule",
@@ -252,7 +254,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_framings.packet.packet": "PacketMessage",
             "_framings.packet.protocol": "PacketProtocol",
             "_devices.values": (
-                "Bits BitsByUnit InUnits Named NamedByUnit Raw RawBytes RawIntegers RawText Values"
+                "Bits BitsByUnit InUnits Named NamedByUnit Raw RawBytes RawIntegers RawText Real Values"
             ),
             "_devices.tables": (
                 "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Reported "

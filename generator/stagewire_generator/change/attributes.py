@@ -64,6 +64,7 @@ Attribute: TypeAlias = str | Names | Sequence | Elsewhere | Ignored | Data
 
 _PAIRED = Elsewhere("pairing")
 _PLACE = Ignored("the position in the files")
+_IN_FIELDS = Elsewhere("fields")
 _FROM_ERRATA = Ignored("follows from the errata, which name their messages and fields")
 _OVERLAY = "document"  # the document of the overlay, or of the protocol itself
 
@@ -71,8 +72,7 @@ _DOCUMENT = Data(dict.fromkeys(("title", "issue", "date", "pages", "sections"), 
 _FORMATS = Data(
     {
         "*": Entries("format", "format", "format"),
-        "*/size": "format",
-        "*/signed": "format",
+        **dict.fromkeys(("*/size", "*/signed", "*/real"), "format"),
         "*/page": "page",
         "*/note": "text",
     }
@@ -167,6 +167,7 @@ _UNITS = Data(
         "units/*/reported_as/*": Entries("model", "unit-model", "unit-model"),
         "units/*/address": "unit-address",
         "units/*/channels": "unit-channels",
+        "units/*/channel_idents": "unit-channels",
         "units/*/bays": "unit-channels",
         **{f"units/*/{key}": "unit-messages" for key in ("family", "list", "more_lists")},
         "units/*/status": "unit-status",
@@ -365,9 +366,9 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "ranges_by_unit": Elsewhere("fields"),
         "other_range": Ignored("the range of the other units, which is compared as the range"),
     },
-    model_fields.Array: dict.fromkeys(("item", "rows", "columns"), Elsewhere("fields")),
-    model_fields.Column: dict.fromkeys(("name", "each", "quantity", "note"), Elsewhere("fields")),
-    model_fields.Format: dict.fromkeys(("name", "size", "signed", "kind"), Elsewhere("fields")),
+    model_fields.Array: dict.fromkeys(("item", "rows", "columns"), _IN_FIELDS),
+    model_fields.Column: dict.fromkeys(("name", "each", "quantity", "note"), _IN_FIELDS),
+    model_fields.Format: dict.fromkeys(("name", "size", "signed", "kind", "real"), _IN_FIELDS),
     model.ParameterSet: {
         "name": _PAIRED,
         "words": Ignored("its messages have the same words and more"),

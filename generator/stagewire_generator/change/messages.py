@@ -42,7 +42,7 @@ def _format(comparison: Comparison, where: Where, old: Field, new: Field) -> Non
     before, after = old.format, new.format
     if before == after:
         return
-    if (before.size, before.signed) == (after.size, after.signed):
+    if (before.size, before.signed, before.real) == (after.size, after.signed, after.real):
         if before.kind == after.kind:
             kind = "field-format-name"
         elif "integer" in (before.kind, after.kind):
@@ -54,7 +54,8 @@ def _format(comparison: Comparison, where: Where, old: Field, new: Field) -> Non
     names = [before.name, after.name]
     if before.name == after.name:  # its entry in the table of formats changed
         names = [
-            f"{f.name} ({f.size} bytes, {'un' * (not f.signed)}signed)" for f in (before, after)
+            f"{f.name} ({f.size} bytes, {'real' if f.real else 'un' * (not f.signed) + 'signed'})"
+            for f in (before, after)
         ]
     comparison.add(kind, where, *names)
 

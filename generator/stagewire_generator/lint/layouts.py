@@ -288,6 +288,13 @@ def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
                 field.place, "SW033", f"{where}: a {format.name} cannot have a range or unit"
             )
         return
+    if format.real and (
+        field.enum or field.flags or field.quantity or field.target or field.role == "constant"
+    ):
+        what = f"{where}: a {format.name} is a real number, without a table, a quantity or a target"
+        hint = "name its unit in the `note`"
+        diagnostics.add(field.place, "SW033", what, hint)
+        return
     if format.size not in _SIZES:
         what = f"{where}: integers of {format.size} bytes are not supported"
         diagnostics.add(field.place, "SW033", what)

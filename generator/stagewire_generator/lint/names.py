@@ -308,6 +308,21 @@ def _context_values(unit: Json) -> Iterator[tuple[str, str]]:
             yield name, value["value"]
 
 
+def _idents(
+    protocol: Protocol, unit: str, entry: Json, document: Document, diagnostics: Diagnostics
+) -> None:
+    """Check that the enumeration of the channels of a unit exists and has a value for each channel."""
+    name, tables = entry["channel_idents"], {table.name: table for table in protocol.enumerations}
+    place = document.place("units", unit, "channel_idents")
+    if name not in tables:
+        what = f"units.{unit}: unknown enumeration {name}"
+        diagnostics.add(place, "SW021", what, meant(name, tables))
+    elif len(tables[name].values) < entry["channels"]:
+        values = len(tables[name].values)
+        what = f"units.{unit}: {entry['channels']} channels, but {name} has {values} values"
+        diagnostics.add(place, "SW021", what)
+
+
 def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> None:
     messages = {message.name for message in protocol.messages}
     stages = {stage.name for stage in protocol.stages}
@@ -349,6 +364,8 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
                 what = f"units.{key}: unknown context {name}: {value}"
                 diagnostics.add(place, "SW021", what)
         known([entry["family"]], families, "family", "units", key, "family")
+        if "channel_idents" in entry:
+            _idents(protocol, key, entry, document, diagnostics)
         if "built_in" in entry:
             known([entry["built_in"]], stages, "stage", "units", key, "built_in")
         keeper = entry.get("keep_alive", "none")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from stagewire_generator.diagnostics import Place
 from stagewire_generator.framing import rules_of
 from stagewire_generator.model import Json, Layout
 from stagewire_generator.model_fields import Array, Column, Field, Format
+from stagewire_generator.real import pattern_of
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document, KeyPath
 
@@ -53,6 +55,23 @@ def _array(tables: Tables, document: Document, path: KeyPath, entry: Json, item:
     return Array(item, entry["rows"], tuple(columns))
 
 
+def _limit(tables: Tables, place: Place, name: str, item: Format, entry: Json, key: str) -> int:
+    """Return a limit as on the wire: an integer, or the bit pattern of a real number."""
+    default: int = getattr(item, key) if item.kind == "integer" else 0
+    limit = entry.get(key, default)
+    if item.real and key in entry:
+        if isinstance(limit, str) or limit >= 0:
+            return pattern_of(limit, item.size)
+        what = f"{name}: the {key} {limit} is negative, which real numbers with a range are not"
+        tables.diagnostics.add(place, "SW033", what, "state the range in its `note`")
+        return default
+    if isinstance(limit, str):
+        what = f"{name}: the {key} {limit} is a decimal, which only real numbers have"
+        tables.diagnostics.add(place, "SW033", what, "write it in counts")
+        return default
+    return int(limit)
+
+
 def resolve_field(
     tables: Tables,
     document: Document,
@@ -96,8 +115,8 @@ def resolve_field(
         }
         facts[key] = {unit: known for unit, known in found.items() if known}
     own = (
-        entry.get("minimum", item.minimum if item.kind == "integer" else 0),
-        entry.get("maximum", item.maximum if item.kind == "integer" else 0),
+        _limit(tables, place, name, item, entry, "minimum"),
+        _limit(tables, place, name, item, entry, "maximum"),
     )
     by_unit = {
         unit: (found["minimum"], found["maximum"])

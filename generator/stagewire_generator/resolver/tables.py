@@ -17,6 +17,7 @@ from stagewire_generator.model_scales import (
     Quantity,
 )
 from stagewire_generator.naming import can_name_chapter
+from stagewire_generator.real import SIZES
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 _FORMAT = re.compile(r"([a-z][a-z0-9]*)(?:\[([1-9][0-9]{0,2})\])?\Z")
@@ -101,7 +102,12 @@ class Tables:
             return None
         count = int(match[2]) if match[2] else None
         if count is None:
-            found = Format(text, entry["size"], entry["signed"], "integer")
+            real = entry.get("real", False)
+            if real and (entry["size"] not in SIZES or entry["signed"]):
+                what = f"the format {text} is not supported: a real number has 4 or 8 bytes and is unsigned"
+                self.diagnostics.add(place, "SW033", what, "correct its size, or remove `real`")
+                real = False
+            found = Format(text, entry["size"], entry["signed"], "integer", real)
             return self._found.setdefault(text, found)
         if entry["size"] > 1:
             what = (

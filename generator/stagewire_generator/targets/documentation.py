@@ -13,6 +13,7 @@ from stagewire_generator.model import Chapter, Erratum, Layout, Message, Protoco
 from stagewire_generator.model_evidence import spelled
 from stagewire_generator.model_fields import Array, Enumeration, EnumValue, Field, FlagTable
 from stagewire_generator.model_scales import Quantity
+from stagewire_generator.real import number_of
 
 DIRECTIONS = {
     "to_controller": "to the controller",
@@ -233,6 +234,8 @@ def _facts(field: Field, markup: Markup, given: bool) -> Iterator[str]:
     for table in (field.enum, field.flags):
         if table:
             yield markup.table(table) + (f": {_choices(table, markup)}" if given else "")
+    if given:
+        yield from _named_by_unit(field, markup)
     if field.format.kind == "text":
         yield f"text of at most {field.format.size} characters"
     elif field.format.kind == "bytes":
@@ -240,10 +243,33 @@ def _facts(field: Field, markup: Markup, given: bool) -> Iterator[str]:
     elif field.array:
         yield _rows(field.array, markup)
         yield f"each from {field.minimum} to {field.maximum}"
+    elif field.format.real:
+        yield from _real(field, given)
     elif field.role == "value" and not (given and field.lists_all):
         yield f"from {field.minimum} to {field.maximum}"
     if field.default is not None:
         yield f"default {field.default}"
+
+
+def _named_by_unit(field: Field, markup: Markup) -> Iterator[str]:
+    """Yield each enumeration of individual units, with these units and its values."""
+    for table in {own.name: own for own in field.enums_by_unit.values()}.values():
+        units = ", ".join(unit for unit, own in field.enums_by_unit.items() if own is table)
+        yield f"on {units}: {markup.table(table)}: {_choices(table, markup)}"
+
+
+def _real(field: Field, given: bool) -> Iterator[str]:
+    """Yield the facts of a real number: in messages it is a bit pattern, in device classes a number."""
+    size = field.format.size
+    if field.role != "value":
+        return
+    if not given:
+        yield "the bit pattern of an IEEE 754 number"
+    if field.ranged:
+        ends = (field.minimum, field.maximum)
+        low, high = (number_of(end, size) for end in ends)
+        patterns = "" if given else f" ({ends[0]:#x} to {ends[1]:#x})"
+        yield f"from {low} to {high}{patterns}"
 
 
 def _rows(array: Array, markup: Markup) -> str:

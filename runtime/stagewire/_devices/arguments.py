@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 
 from stagewire._codec.flags import Enumeration, Flags
 from stagewire._codec.message import Layout, Message
+from stagewire._devices import reals
 from stagewire._devices.scales import Scales
 from stagewire._devices.tables import Given, Named
 from stagewire.errors import (
@@ -179,6 +180,8 @@ def _checked(what: str, entry: Given, value: object, layout: Layout) -> object:
     """Return a raw value; check the range of a number before anything is sent."""
     if entry.minimum is None or entry.maximum is None:
         return value
+    if entry.real:
+        return _pattern(what, entry, value, layout)
     table = entry.choices
     number = number_of(table, value, entry.modifiers)
     if table is not None and (
@@ -198,6 +201,39 @@ def _checked(what: str, entry: Given, value: object, layout: Layout) -> object:
             f"({layout.counts_of(entry.field)}), not {number}{layout.source_of(entry.field, named=True)}"
         )
     return number
+
+
+def _pattern(what: str, entry: Given, value: object, layout: Layout) -> int:
+    """Return the bit pattern of a real number; check its range before anything is sent."""
+    assert entry.minimum is not None  # every number has a range
+    assert entry.maximum is not None
+    if hasattr(value, "item") and not hasattr(value, "__len__"):  # a number of NumPy
+        value = value.item()
+    try:
+        number = float(exact(value))  # type: ignore[arg-type]  # exact checks the type
+        pattern = reals.pattern_of(number, entry.real)
+    except BadValueError as error:
+        raise BadValueError(f"{what}: {entry.keyword} must be a number: {error}") from None
+    except OverflowError:
+        pattern = -1
+    if value == 0:
+        pattern = 0  # zero has no sign
+    if not entry.minimum <= pattern <= entry.maximum:
+        source = layout.source_of(entry.field, named=True)
+        raise OutOfRangeError(
+            f"{what}: {entry.keyword} must be {_reach(entry)}, not {value}{source}"
+        )
+    return pattern
+
+
+def _reach(entry: Given) -> str:
+    """Return the range of a real number, for messages."""
+    assert entry.minimum is not None
+    assert entry.maximum is not None
+    if entry.maximum >> (8 * entry.real - 1):
+        return f"a number of {entry.real} bytes"
+    low, high = (reals.number_of(end, entry.real) for end in (entry.minimum, entry.maximum))
+    return f"{low:.10g} to {high:.10g}"
 
 
 def _by_name(choices: Named, text: str, modifiers: int) -> int | None:
@@ -220,8 +256,15 @@ def _names(choices: Named) -> dict[str, int]:
 def _is_listed(entry: Given, table: Named, number: int) -> bool:
     if issubclass(table, Flags):
         return not table(number).unnamed
-    alone = {n for n in _names(table).values() if not n & entry.modifiers}
+    alone = {n for n in _names(table).values() if not n & entry.modifiers and _fits(entry, n)}
     return number & ~entry.modifiers in alone
+
+
+def _fits(entry: Given, number: int) -> bool:
+    """Return whether a value of an enumeration is in the range of the unit."""
+    return (
+        entry.minimum is None or entry.maximum is None or entry.minimum <= number <= entry.maximum
+    )
 
 
 def _not_listed(name: str, entry: Given, table: Named, value: object) -> str:
@@ -230,6 +273,8 @@ def _not_listed(name: str, entry: Given, table: Named, value: object) -> str:
     listed: list[str] = []
     added: list[str] = []
     for choice, number in _names(table).items():
+        if issubclass(table, Enumeration) and not _fits(entry, number):
+            continue
         shown = choice if named else f"{choice} ({number if 0 <= number < 10 else hex(number)})"
         (added if number & entry.modifiers else listed).append(shown)
     text = ", ".join(listed)

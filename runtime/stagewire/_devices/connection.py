@@ -14,7 +14,7 @@ from typing import Any, Final, Generic, Protocol, TypeVar
 from stagewire._codec.message import Message
 from stagewire._devices.limits import Limits, check_measurable, limits_of
 from stagewire._devices.motions import Motions
-from stagewire._devices.options import SETTINGS, Choices
+from stagewire._devices.options import SETTINGS, Choices, settable
 from stagewire._devices.readiness import Readiness
 from stagewire._devices.scales import Scales, ToldValue
 from stagewire._devices.stages import Name, Place, Stages
@@ -146,6 +146,9 @@ class Connection(Generic[T]):
                     setting,
                     ToldValue(value, self.facts.settings[setting].unit, f"set by {option}"),
                 )
+        for setting, value in choices.settings.items():
+            given = ToldValue(value, self.facts.settings[setting].unit, "set by settings")
+            self._bare = self._bare.told(setting, given)
         self._use_stages()
 
     def _use_stages(self) -> None:
@@ -377,6 +380,8 @@ class Connection(Generic[T]):
                 ways[setting.name] = " or ".join(parts)
         for name, option in SETTINGS.items():
             ways.setdefault(name, f"pass {option}= to open")
+        for name in settable(self.facts, self.unit):
+            ways.setdefault(name, f"pass settings={{{name!r}: …}} to open")
         return ways
 
     # Unsolicited messages

@@ -120,13 +120,20 @@ class Endpoint(Generic[T]):
 
     def running(self, table: Action | Command, what: str) -> Running | None:
         """Return the entry of a motion that a message starts, with its stop; None if it starts no motion."""
-        halt = table.halted_by
+        halt = self.halt_of(table)
         if halt is None:
             return None
         if halt.message.layout.message not in self.connection.unit.messages:
             return Running(what, b"", self.now())
         stop = self.message(halt.message, {**self._every_channel(halt), **defaults_of(halt)})
         return Running(what, self._encode(stop), self.now(), stop)
+
+    def halt_of(self, table: Action | Command) -> Action | None:
+        """Return the action that stops the motion of a table on this unit; None if it starts no motion."""
+        for halt in reversed(table.or_halted_by):
+            if halt.message.layout.message in self.connection.unit.messages:
+                return halt
+        return table.halted_by
 
     def _every_channel(self, halt: Action) -> Mapping[str, int]:
         """Return the channel of the stop of a whole rack: the bits of all its channels."""

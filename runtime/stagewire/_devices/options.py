@@ -31,7 +31,7 @@ from stagewire.quantities import (
     stages_of,
 )
 
-__all__ = ["SETTINGS", "Choices", "Length", "OpenOptions", "check_guest", "choose"]
+__all__ = ["SETTINGS", "Choices", "Length", "OpenOptions", "check_guest", "choose", "settable"]
 
 SETTINGS: Final = {"maximum_volts": "max_volts", "maximum_travel": "max_travel_um"}
 """Setting that ``open`` accepts -> its keyword."""
@@ -56,6 +56,7 @@ class OpenOptions(TypedDict, total=False):
     target_tolerance_counts: int | None
     max_volts: Number | None
     max_travel_um: Number | None
+    settings: Mapping[str, Number] | None
     serial_number: int | None
     model: str | None
     address: int | None
@@ -86,6 +87,7 @@ class Choices:
     target_tolerance_counts: int | None = None
     max_volts: Fraction | None = None
     max_travel_um: Fraction | None = None
+    settings: Mapping[str, Fraction] = field(default_factory=dict)
     serial_number: int | None = None
     model: str | None = None
     address: int | None = None
@@ -145,6 +147,7 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
         target_tolerance_counts=given.get("target_tolerance_counts"),
         max_volts=positive("max_volts", given.get("max_volts"), "V"),
         max_travel_um=positive("max_travel_um", given.get("max_travel_um"), "um"),
+        settings=_settings(facts, unit, given.get("settings") or {}),
         serial_number=given.get("serial_number"),
         model=_model(facts, unit, given.get("model")),
         address=given.get("address"),
@@ -182,11 +185,7 @@ def check_guest(unit: Unit, given: OpenOptions, owner: str) -> None:
 
 def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
     """Raise an error for an option that would have no effect on this unit."""
-    depended_on = {
-        setting
-        for quantity in unit.quantities
-        for setting in settings_of(facts.quantities[quantity])
-    }
+    depended_on = _depended_on(facts, unit)
     for setting, option in SETTINGS.items():
         if given.get(option) is not None and setting not in depended_on:
             raise BadValueError(f"{option}: no value of a {unit.name} depends on it; leave it out")
@@ -203,6 +202,33 @@ def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
         raise BadValueError(
             f"serial_number cannot be checked, because the controller {why}; leave it out"
         )
+
+
+def _depended_on(facts: Facts, unit: Unit) -> set[str]:
+    """Return the settings on which scales of a unit depend."""
+    rules = (facts.quantities[quantity] for quantity in unit.quantities)
+    return {setting for rule in rules for setting in settings_of(rule)}
+
+
+def settable(facts: Facts, unit: Unit) -> list[str]:
+    """Return the settings of a unit that ``settings`` may contain: numbers without a keyword of their own."""
+    wanted = _depended_on(facts, unit) - SETTINGS.keys()
+    known = {name: facts.settings[name] for name in wanted if name in facts.settings}
+    return sorted(name for name, setting in known.items() if setting.unit)
+
+
+def _settings(facts: Facts, unit: Unit, given: Mapping[str, object]) -> dict[str, Fraction]:
+    """Return the given settings in their units."""
+    known = settable(facts, unit)
+    found = {}
+    for name, value in given.items():
+        if name not in known:
+            names = f"choose {', '.join(known)}" if known else "no value depends on one"
+            raise BadValueError(f"settings: unknown setting {name!r} of a {unit.name} ({names})")
+        number = positive(f"settings: {name}", value, facts.settings[name].unit)
+        if number is not None:
+            found[name] = number
+    return found
 
 
 def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:

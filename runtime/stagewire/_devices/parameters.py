@@ -11,6 +11,7 @@ from math import ceil, log10
 from typing import Any, Final, get_type_hints
 
 from stagewire._codec.flags import Enumeration, Flags
+from stagewire._devices.reals import number_of
 from stagewire._devices.scales import Scales
 from stagewire._devices.structure import DeviceBase, PartBase
 from stagewire._devices.tables import Given, ParameterSet, Query
@@ -24,12 +25,14 @@ from stagewire._devices.values import (
     Raw,
     RawBytes,
     RawText,
+    Real,
     Values,
 )
 from stagewire.errors import BadValueError, UnknownScaleError
 
 COUNTS: Final = "counts"
 """The unit of a number whose scale is unknown."""
+_REAL_DECIMALS: Final = 6
 _READS: Final = ("get_", "read_")
 _CHANGES: Final = "change_"
 _CHANNEL: Final = "chan_ident"
@@ -41,7 +44,7 @@ class ParameterKind(Enum):
     """The kind of a parameter, which determines the type of its plain value."""
 
     NUMBER = "number"
-    """A float if it has a scale, or else an int."""
+    """A float if it is a real number or has a scale, or else an int."""
     CHOICE = "choice"
     """The name of a value of an enumeration, joined with those of its modifiers by ``|``; the number as text
     if it has no name."""
@@ -62,6 +65,7 @@ class Parameter:
     :param scaled: name of each value in a unit, and the value; empty for a number without a scale.
     :param table: names of its values or bits; None if they have no names.
     :param given: argument that changes it; None if it cannot be changed.
+    :param real: size of a real number in bytes; 0 for any other value.
     """
 
     name: str
@@ -69,6 +73,7 @@ class Parameter:
     scaled: Mapping[str, InUnits]
     table: type[Enumeration] | type[Flags] | None
     given: Given | None
+    real: int = 0
 
     @property
     def changeable(self) -> bool:
@@ -108,8 +113,10 @@ class Parameter:
         return self.name, COUNTS
 
     def precision(self, scales: Scales) -> int:
-        """Return the number of decimals that shows single counts."""
+        """Return the number of decimals that shows single counts; of a real number, six."""
         name, unit = self.now(scales)
+        if self.real:
+            return _REAL_DECIMALS
         if unit == COUNTS:
             return 0
         counts = float(scales.of(self.scaled[name].quantity, unit).counts_per_unit)
@@ -126,6 +133,11 @@ class Parameter:
         if given.minimum is None or given.maximum is None:
             return None
         ends = given.minimum, given.maximum
+        if self.real:
+            signed = given.maximum >> (8 * self.real - 1)
+            return (
+                None if signed else (number_of(ends[0], self.real), number_of(ends[1], self.real))
+            )
         name, unit = self.now(scales)
         if unit == COUNTS:
             return ends
@@ -144,7 +156,7 @@ class Parameter:
             return bytes(value).hex()
         if self.kind is ParameterKind.TEXT:
             return str(value)
-        return float(value) if self.scaled else int(value)
+        return float(value) if self.scaled or self.real else int(value)
 
     def _joined(self, number: int) -> str:
         """Return a value with modifiers as names joined by ``|``, or the number as text."""
@@ -262,7 +274,8 @@ def _set_of(kind: type[Any], facts: Facts, unit: Unit, method: str, name: str) -
     values: type[Values[Any]] = get_type_hints(getattr(kind, method))["return"]
     table = _table_of(facts, values, name, method)
     can_change = hasattr(kind, _CHANGES + name)
-    given = {one.field: one for one in getattr(table, "given", ())} if can_change else {}
+    every = getattr(table, "given", ()) if can_change else ()
+    given = {one.field: one.on((unit.name,)) if one.names else one for one in every}
     asked = {one.field for one in table.asked}
     return SetOfParameters(
         name,
@@ -322,11 +335,13 @@ def _parameters(
             table = value.units.get(unit.name, table)
         kind = _KINDS.get(type(value))
         if kind is not None:
-            yield Parameter(name, kind, scaled, table, given.get(value.field))
+            real = value.size if isinstance(value, Real) else 0
+            yield Parameter(name, kind, scaled, table, given.get(value.field), real)
 
 
 _KINDS: Final[dict[type[Any], ParameterKind]] = {
     Raw: ParameterKind.NUMBER,
+    Real: ParameterKind.NUMBER,
     Named: ParameterKind.CHOICE,
     NamedByUnit: ParameterKind.CHOICE,
     Bits: ParameterKind.BITS,

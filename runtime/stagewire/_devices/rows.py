@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 from stagewire._codec.message import Message
 from stagewire._devices.scales import Scales
 from stagewire._devices.unit import Unit
-from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw, Values
+from stagewire._devices.values import Bits, BitsByUnit, InUnits, Raw, Real, Values
 from stagewire.errors import UnknownScaleError
 
 Row: TypeAlias = dict[str, Any]
@@ -87,7 +87,8 @@ class Rows:
                 if in_units.get(one.field) == name:
                     yield _with_quantity(one, name), float, name
             elif one.field not in scaled:
-                yield name, int if isinstance(one, Raw) else str, name
+                kind = float if isinstance(one, Real) else int if isinstance(one, Raw) else str
+                yield name, kind, name
             elif one.field not in in_units and isinstance(one, Raw):
                 yield name + _COUNTS, int, name
 

@@ -165,12 +165,11 @@ class ChannelsBase(PartBase, Generic[P]):
     def __init__(self, at: Any) -> None:
         super().__init__(at)
         here = self._at
-        count = here.connection.unit.channels
         self._channels = tuple(
             self.channel_class(
-                Endpoint(here.connection, here.address, number, f"{here.name} channel {number}")
+                Endpoint(here.connection, here.address, ident, f"{here.name} channel {number}")
             )
-            for number in range(1, count + 1)
+            for number, ident in enumerate(here.connection.unit.channel_idents, 1)
         )
 
     @property
@@ -181,10 +180,17 @@ class ChannelsBase(PartBase, Generic[P]):
     def channel(self, number: int | str) -> P:
         """Return a channel by its number, counted from 1, or its name in the enumeration, such as ``CHAN2``.
 
+        An integer is always the number of a channel, also if messages name channels by other values.
+
         Raise :class:`~stagewire.errors.OutOfRangeError` for a number without a channel, and
         :class:`~stagewire.errors.BadValueError` for anything else.
         """
-        names = self._at.connection.facts.channels
+        unit = self._at.connection.unit
+        names = unit.idents or self._at.connection.facts.channels
+        if unit.idents is not None and isinstance(number, str | Enumeration):
+            ident = number_of(names, number)
+            if ident in unit.channel_idents:
+                return self._channels[unit.channel_idents.index(ident)]
         return _numbered("channel", self._channels, number, self._at.name, names)
 
 
@@ -307,9 +313,9 @@ def connect(
     elif unit.kind == "rack":
         addresses = (unit.address, *unit.bays)
         places = {
-            (address, channel): number if unit.channels == 1 else (number, channel)
+            (address, ident): number if unit.channels == 1 else (number, channel)
             for number, address in enumerate(unit.bays, 1)
-            for channel in range(1, unit.channels + 1)
+            for channel, ident in enumerate(unit.channel_idents, 1)
         }
     else:
         if unit.kind == "bay" and (
@@ -319,7 +325,9 @@ def connect(
         documented = unit.bays[bay - 1] if unit.kind == "bay" else unit.address
         address = given.get("address")
         addresses = (documented if address is None else address,)
-        places = {(addresses[0], channel): channel for channel in range(1, unit.channels + 1)}
+        places = {
+            (addresses[0], ident): channel for channel, ident in enumerate(unit.channel_idents, 1)
+        }
     if given.get("address") is not None and unit.kind not in ("generic_usb", "bay"):
         raise BadValueError(
             f"address: a {unit.name} always has its documented addresses; leave it out"

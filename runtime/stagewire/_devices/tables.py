@@ -63,6 +63,9 @@ class Given:
     :param modifiers: mask of the values of an enumeration that can be combined with another value.
     :param open: whether the list of choices may be incomplete; then every number in the range is accepted.
     :param ranges: controller -> its minimum and maximum, if they differ from those of others.
+    :param names: controller -> its class with the names of the values, and whether that list may be open.
+    :param real: size of a real number in bytes, whose minimum and maximum are bit patterns; 0 for any other
+        value.
     """
 
     field: str
@@ -77,14 +80,26 @@ class Given:
     modifiers: int = 0
     open: bool = False
     ranges: Mapping[str, tuple[int, int]] = field_of(default_factory=dict)
+    names: Mapping[str, tuple[Named, bool]] = field_of(default_factory=dict)
+    real: int = 0
 
     def on(self, controllers: tuple[str, ...]) -> Given:
-        """Return the argument with the range that all of these controllers accept."""
+        """Return the argument with the range and the names that all of these controllers accept.
+
+        Without names that all of them have, only numbers are accepted.
+        """
+        named = self._named(controllers) if self.names else self
         if not self.ranges or self.minimum is None or self.maximum is None:
-            return self
+            return named
         own = self.minimum, self.maximum
         lows, highs = zip(*(self.ranges.get(name, own) for name in controllers), strict=True)
-        return replace(self, minimum=max(lows), maximum=min(highs), ranges={})
+        return replace(named, minimum=max(lows), maximum=min(highs), ranges={})
+
+    def _named(self, controllers: tuple[str, ...]) -> Given:
+        own = self.choices, self.open
+        found = {self.names.get(name, own) for name in controllers}
+        choices, is_open = found.pop() if len(found) == 1 else (None, True)
+        return replace(self, choices=choices, open=is_open, names={})
 
     @property
     def keywords(self) -> tuple[str, ...]:
@@ -157,6 +172,7 @@ class Command:
     """A message without a reply.
 
     :param halted_by: action that stops the motion that it starts; None if it starts no motion.
+    :param or_halted_by: further such actions; a unit gets the last one that it has.
     :param stops: messages that the controller no longer sends afterwards.
     :param starts: messages that the controller sends again afterwards.
     :param motherboard: as in :class:`ParameterSet`.
@@ -166,6 +182,7 @@ class Command:
     message: type[Message]
     given: tuple[Given, ...] = ()
     halted_by: Action | None = None
+    or_halted_by: tuple[Action, ...] = ()
     stops: tuple[type[Message], ...] = ()
     starts: tuple[type[Message], ...] = ()
     motherboard: bool = False
@@ -208,6 +225,7 @@ class Action:
     :param ends: messages that report its end; None if it is polled for.
     :param poll: request for polling, if no message reports its end.
     :param halted_by: action that stops it; None for a stop.
+    :param or_halted_by: as in :class:`Command`.
     :param target: whether its target is a position or a distance; None if it has no target.
     :param stored: where its target is stored, if the message contains none.
     :param motherboard: as in :class:`ParameterSet`.
@@ -219,6 +237,7 @@ class Action:
     ends: Ends | None = None
     poll: Poll | None = None
     halted_by: Action | None = None
+    or_halted_by: tuple[Action, ...] = ()
     target: Target | None = None
     stored: Stored | None = None
     motherboard: bool = False

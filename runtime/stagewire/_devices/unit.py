@@ -219,6 +219,7 @@ class Unit:
     :param address: its address; for a ``bay``, the address of the rack.
     :param bays: addresses of its bays, starting with bay 1; for a ``bay``, the addresses that it may have.
     :param channels: number of channels at one address.
+    :param idents: enumeration with the values of the channels in messages; None: 1, 2, 3 and so on.
     :param messages: names of its messages in the registry.
     :param status: form of status that it sends, if the bytes do not show it.
     :param contexts: other context of its layouts -> its values, each with the firmware from which it applies,
@@ -233,7 +234,8 @@ class Unit:
     :param pause_ms: pause after a message without a reply; None: unknown.
     :param also_at: other addresses at which it is known to answer.
     :param moving: status message -> its field, and the bits that indicate motion.
-    :param status_query: request for such a status, which also contains the position.
+    :param status_query: request for such a status, which also contains the position; if the only status is
+        that of several channels, the request for the position of one.
     :param hindrances: message -> its field, and the states that may prevent a motion.
     :param diagnosis: requests that together report all of these states.
     :param needs: message that starts a motion -> the state that it needs.
@@ -256,6 +258,7 @@ class Unit:
     address: int = 0
     bays: tuple[int, ...] = ()
     channels: int = 1
+    idents: type[Enumeration] | None = None
     family: str = ""
     status: str | None = None
     contexts: Mapping[str, tuple[tuple[tuple[int, ...], str], ...]] = field(default_factory=dict)
@@ -288,6 +291,13 @@ class Unit:
 
     def __repr__(self) -> str:
         return f"<Unit {self.name}: {self.title}>"
+
+    @property
+    def channel_idents(self) -> tuple[int, ...]:
+        """The values of the channels in messages, starting with channel 1."""
+        if self.idents is None:
+            return tuple(range(1, self.channels + 1))
+        return tuple(sorted(int(member) for member in self.idents)[: self.channels])
 
     def contexts_of(self, firmware: tuple[int, ...] | None) -> dict[str, str]:
         """Return the contexts that select layouts of its messages.

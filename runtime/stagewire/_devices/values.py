@@ -21,6 +21,7 @@ from typing import (
 
 from stagewire._codec.flags import Enumeration, Flags
 from stagewire._codec.message import Message
+from stagewire._devices.reals import number_of
 from stagewire._devices.scales import Scales
 from stagewire.errors import UnknownFieldError, UnknownScaleError
 
@@ -38,6 +39,7 @@ __all__ = [
     "RawBytes",
     "RawIntegers",
     "RawText",
+    "Real",
     "Values",
 ]
 
@@ -250,6 +252,23 @@ class Raw(_Value[int]):
     """A raw number."""
 
     __slots__ = ()
+
+
+class Real(_Value[float]):
+    """A real number, which the message carries as a bit pattern.
+
+    :param size: its size in bytes.
+    """
+
+    __slots__ = ("size",)
+
+    def __init__(self, field: str, size: int) -> None:
+        super().__init__(field)
+        self.size = size
+
+    def read(self, values: Values[Any]) -> float:
+        """Return the number; it can be infinite or NaN."""
+        return number_of(getattr(values.message, self.field), self.size)
 
 
 class RawText(_Value[str]):

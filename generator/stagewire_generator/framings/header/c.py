@@ -178,7 +178,9 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
         begun = f"{prefix}_begin_array({array.id}, {type}_size(message), addresses, out)"
     checked = f"{prefix}_check_{kind}(frame, size, {head})"
     if value := _sub_message(message):
-        checked = call(f"{prefix}_check_sub_message", [checked, "frame", value], "", 8)
+        before = len(f"const {prefix}_status status = ")
+        parts = [checked, "frame", value]
+        checked = call(f"{prefix}_check_sub_message", parts, "", 4, before + len(";"))
     return HeaderLayoutView(
         type=type,
         macro=type.upper(),

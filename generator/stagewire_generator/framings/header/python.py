@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from stagewire_generator.model import Json, Layout, Message, Protocol
-from stagewire_generator.naming import message_classes
+from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.targets.documentation import shown_id, where
 from stagewire_generator.targets.python.brackets import (
     Nested,
@@ -332,6 +332,8 @@ def _addresses(protocol: Protocol, entry: Json) -> Iterator[Source]:
         bays = tuple(f"0x{address:02X}" for address in range(first, last + 1)[:count])
         yield Nested("bays=(", bays, ")")
     yield f"channels={entry.get('channels', 1)}"
+    if "channel_idents" in entry:
+        yield f"idents=e.{camel(entry['channel_idents'])}"
 
 
 def _names_channel(protocol: Protocol, calls: Sequence[Call]) -> bool:

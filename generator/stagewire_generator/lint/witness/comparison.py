@@ -16,6 +16,10 @@ from stagewire_generator.strict_yaml import Document, KeyPath
 
 NOTHING = "nothing"  # the side that lacks an entry
 
+_PART = re.compile(r"Set|Request|Get")
+_PARTS = re.compile(r"(?:Set|Request|Get|/)+")
+_VERBS = {"Set": "SET", "Request": "REQ", "Get": "GET"}
+
 
 class Difference(NamedTuple):
     """One place where document and registry differ."""
@@ -24,6 +28,13 @@ class Difference(NamedTuple):
     at: Place
     printed: str
     encoded: str
+
+
+class Shared(NamedTuple):
+    """The heading that the sub-messages of an id share."""
+
+    id: int
+    page: int
 
 
 class Comparison:
@@ -47,6 +58,10 @@ class Comparison:
         self.by_id = {
             m.id: m for m in protocol.messages if m.id is not None and m.sub_message is None
         }
+        self.by_sub_message = {
+            (m.id, m.sub_message): m for m in protocol.messages if m.sub_message is not None
+        }
+        self.shared: dict[str, Shared] = {}  # headings of several messages, by printed name
         self.differences: dict[str, Difference] = {}
         self.not_compared: dict[str, Place] = {}  # places that only people can judge
         self.compared = 0
@@ -136,10 +151,37 @@ class Comparison:
         self.witnessed.add(message.name)
         return message
 
+    def shared_by(self, name: str, id: str) -> list[Message]:
+        """Return the sub-messages with a printed name, or else with a printed id; often none."""
+        shared = self.shared.get(name)
+        number = shared.id if shared else self._number(id)
+        return [message for (of, _), message in self.by_sub_message.items() if of == number]
+
+    def sub_messages(self, of: str, title: str, number: int | None) -> list[Message]:
+        """Return the messages that a row such as "Request/Get Quad_Readings" names, one for each verb.
+
+        :param of: the words of the shared headings without a verb, such as QUAD_PARAM.
+        """
+        if number is None:
+            return []
+        verbs = _PARTS.match(title)
+        found = []
+        for part in _PART.findall(verbs[0]) if verbs else ():
+            for name, shared in self.shared.items():
+                message = self.by_sub_message.get((shared.id, number))
+                bare = name.replace(f"_{_VERBS[part]}_", "_", 1)
+                if message and bare != name and bare.startswith(of):
+                    found.append(message)
+        return found
+
     def with_id(self, printed: str) -> Message | None:
         """Find the message with a printed id; an id with a different number of digits matches none."""
+        number = self._number(printed)
+        return None if number is None else self.by_id.get(number)
+
+    def _number(self, printed: str) -> int | None:
         match = self._id.match(printed)
-        return self.by_id.get(int(match[1], 16)) if match else None
+        return int(match[1], 16) if match else None
 
     def id_of(self, message: Message) -> str:
         """Return the id of a message as the document prints ids."""

@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterable, Iterator
 
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
-from stagewire_generator.model import Json
+from stagewire_generator.lint.witness.reading import sub_message
+from stagewire_generator.model import Json, Message
 from stagewire_generator.strict_yaml import KeyPath
 
 _PREFIX = re.compile(r"[0-9]{2}")
@@ -27,6 +28,13 @@ def compare_contents(comparison: Comparison) -> None:
             )
         names = row.get("names", []) if row.get("damaged") else [(row["name"], row["id"])]
         for name, id in names:
+            printed = comparison.canonical(name, path)
+            if comparison.messages.get(printed) is None and (
+                parts := comparison.shared_by(printed, id)
+            ):
+                listed |= {message.name for message in parts}
+                _shared(comparison, f"contents/{printed}", row, id, printed, path)
+                continue
             message = comparison.named("contents", name, id, path)
             if message is None:
                 continue
@@ -41,6 +49,19 @@ def compare_contents(comparison: Comparison) -> None:
             comparison.differs("contents/run-together", path, "id and page in one", "id, page")
     for name in sorted(comparison.headed - listed):
         comparison.differs(f"contents/{name}/missing", ("rows",), "nothing", name)
+
+
+def _shared(
+    comparison: Comparison, place: str, row: Json, id: str, name: str, path: KeyPath
+) -> None:
+    """Compare a row with a heading that sub-messages share."""
+    shared = comparison.shared.get(name)
+    if shared is None:
+        comparison.differs(f"{place}/name", path, name, "no such heading")
+        return
+    comparison.same(f"{place}/id", path, id, f"0x{shared.id:0{comparison.protocol.id_digits}X}")
+    if "page" in row:
+        comparison.same(f"{place}/page", path, row["page"], str(shared.page))
 
 
 def compare_summary(comparison: Comparison) -> None:
@@ -71,7 +92,8 @@ def compare_lists(comparison: Comparison) -> None:
             continue
         _list(comparison, key, printed, entry)
     _units(comparison, data)
-    _prefixes(comparison, data)
+    if "usb_prefixes" in data:
+        _prefixes(comparison, data)
     _addresses(comparison, data)
     _formats(comparison, data)
 
@@ -84,7 +106,7 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
     titled = _units_in(printed["title"], units)
     comparison.same(f"lists/{key}/units", ("lists", key), titled, sorted(entry["units"]))
     rows = [
-        (path, row, comparison.canonical(row["name"], path))
+        (path, row, row["name"] if "of" in row else comparison.canonical(row["name"], path))
         for path, row in _rows_of_list(comparison, key, printed)
     ]
     ids = {(name, row["id"]) for _, row, name in rows}
@@ -94,8 +116,24 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
         if (message := comparison.messages.get(name))
         and (message.name, comparison.id_of(message)) == (name, id)
     }
+    has_parts = any("of" in row for _, row, _ in rows)
     for path, row, name in rows:
         message = comparison.messages.get(name)
+        parts = _parts(comparison, row, name) if message is None else []
+        if parts:
+            mine = {part.name for part in parts if part.name in entry["messages"]}
+            if "of" in row:
+                for part in parts:
+                    if part.name not in mine:
+                        place = f"lists/{key}/{part.name}/extra"
+                        comparison.differs(place, path, part.name, "not in the list")
+            else:
+                _shared(comparison, f"lists/{key}/{name}", row, row["id"], name, path)
+                if not mine:
+                    comparison.differs(f"lists/{key}/{name}/extra", path, name, "not in the list")
+            if "of" in row or not has_parts:  # otherwise further rows have the sub-messages
+                seen |= mine
+            continue
         meant = comparison.with_id(row["id"])
         wrong_name = message is None or name in right or name not in entry["messages"]
         if meant is not None and meant is not message and wrong_name:  # otherwise the id is wrong
@@ -122,6 +160,13 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
     for name in entry.get("misprinted", {}):
         if f"lists/{key}/{name}/name" not in comparison.differences:
             comparison.differs(f"lists/{key}/{name}/misprinted", ("lists", key), name, "as printed")
+
+
+def _parts(comparison: Comparison, row: Json, name: str) -> list[Message]:
+    """Return the sub-messages that a row stands for: one for each of its verbs, or all of an id."""
+    if "of" in row:
+        return comparison.sub_messages(row["of"], row["name"], sub_message(row["id"]))
+    return comparison.shared_by(name, row["id"])
 
 
 def _units_in(words: str, units: Iterable[str]) -> list[str]:

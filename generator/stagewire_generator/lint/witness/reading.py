@@ -13,14 +13,22 @@ from fractions import Fraction
 
 from stagewire_generator.model import Json, Layout, Message
 from stagewire_generator.model_fields import Field
+from stagewire_generator.real import pattern_of
 
 # Names in the document for bytes without a meaning.
 FILLERS = frozenset({"notused", "unused", "reserved", "futureuse", "na"})
 
+# Names in the document for the constant that selects a sub-message.
+SELECTORS = frozenset({"submsgid", "msgid"})
+
 _TYPED = re.compile(r"[lw](?=[A-Z])")
 _DOTTED = re.compile(r"(0x[0-9A-Fa-f]{4})\.([0-9A-Fa-f]{4})\Z")
 _NUMBER = re.compile(r"([-+]?)(?:0[xX])?([0-9A-Fa-f][0-9A-Fa-f,]*)\Z")
+_REAL = re.compile(r"([0-9][0-9,]*(?:\.[0-9]+)?)(?: ([nµm]?)[AV])?\Z")
+_EXPONENTS = {"n": -9, "µ": -6, "m": -3}
 _TIME = re.compile(r"([0-9][0-9,]*)(m?)s\Z")
+_SUB_MESSAGE = re.compile(r"(?:[0-9A-F]+ ?[\[(])?(?:0x)?([0-9A-F]+)[\])]?\Z")
+_BYTES = re.compile(r"([0-9A-F]{2})[, ]*([0-9A-F]{2})\Z")
 _COUNTS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 
 
@@ -32,6 +40,8 @@ def squash(text: str) -> str:
 def same_name(printed: str, field: Field) -> bool:
     """Whether a printed name matches the field; any filler matches a reserved field.
 
+    Any name for the number of a sub-message matches the constant that selects it.
+
     A letter for the type before a name, as in lTransitTime or wReserved, does not count.
     """
     for name in (printed, _TYPED.sub("", printed)):
@@ -39,7 +49,7 @@ def same_name(printed: str, field: Field) -> bool:
             return True
         if field.role == "reserved" and squash(name) in FILLERS:
             return True
-    return False
+    return field.selects and squash(printed) in SELECTORS
 
 
 def pair(printed: Sequence[str], fields: Sequence[Field]) -> Iterator[tuple[int, Field | None]]:
@@ -96,6 +106,18 @@ def number(text: str, maximum: int) -> int | None:
     return value
 
 
+def sub_message(text: str) -> int | None:
+    """Read the number of a sub-message: hexadecimal, in brackets if there are any, as in ``11 [0B]``."""
+    match = _SUB_MESSAGE.match(text)
+    return int(match[1], 16) if match else None
+
+
+def two_bytes(text: str) -> int | None:
+    """Read two printed bytes, the least significant first, such as ``0B00`` or ``0B,00``."""
+    match = _BYTES.match(text)
+    return int(match[2] + match[1], 16) if match else None
+
+
 def limit(text: str, field: Field) -> int | None:
     """Read a printed limit of a field, and convert a time such as 10,000s to counts.
 
@@ -107,7 +129,17 @@ def limit(text: str, field: Field) -> int | None:
     if factor and time:
         milliseconds = int(time[1].replace(",", "")) * (1 if time[2] else 1000)
         return int(milliseconds * factor.counts_per_unit)
+    if field.format.real:
+        return real_limit(text, field.format.size)
     return number(text, field.format.maximum if field.format.size else 0)  # an array has no size
+
+
+def real_limit(text: str, size: int) -> int | None:
+    """Read a printed limit of a real number, such as ``0.1`` or ``1 nA``, as its bit pattern."""
+    found = _REAL.match(text.strip())
+    if found is None:
+        return None
+    return pattern_of(f"{found[1].replace(',', '')}e{_EXPONENTS.get(found[2], 0)}", size)
 
 
 def count(text: str) -> int | str:

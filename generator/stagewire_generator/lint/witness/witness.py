@@ -12,12 +12,13 @@ byte tables, field tables, lists of values, and ranges.
 from __future__ import annotations
 
 import re
+import string
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from stagewire_generator.framing import FRAMINGS, part
-from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
+from stagewire_generator.lint.witness.comparison import NOTHING, Comparison, Shared
 from stagewire_generator.lint.witness.reading import (
     Vocabulary,
     data_layout,
@@ -26,6 +27,8 @@ from stagewire_generator.lint.witness.reading import (
     number,
     pair,
     squash,
+    sub_message,
+    two_bytes,
 )
 from stagewire_generator.lint.witness.statements import CHAPTER
 from stagewire_generator.model import Json, Message, Protocol
@@ -50,7 +53,7 @@ def compare_section(
     :param tables: compares its byte tables; None if the framing has no header.
     """
     path: KeyPath = ("messages", name)
-    message = comparison.messages.get(name)
+    message = comparison.messages.get(name) or _sub_message(comparison, entry)
     if message is None:
         comparison.unknown.append((comparison.document.place(*path), name))
         return
@@ -60,7 +63,10 @@ def compare_section(
     heading = entry["heading"]
     at = (*path, "heading")
     comparison.same(f"heading/{name}/id", at, heading["id"], comparison.id_of(message))
-    comparison.same(f"heading/{name}/page", at, heading["page"], comparison.page_of(message))
+    page = entry["sub_message" if "sub_message" in entry else "heading"]["page"]
+    comparison.same(f"heading/{name}/page", at, page, comparison.page_of(message))
+    if "sub_message" in entry:
+        _sub_heading(comparison, message, entry, (*path, "sub_message"))
     printed = entry.get("tables", [])
     if tables:
         tables(comparison, message, printed, (*path, "tables"))
@@ -74,6 +80,29 @@ def compare_section(
         _values(comparison, message, printed, aliases, (*path, "values", index))
     for index, printed in enumerate(entry.get("ranges", [])):
         _limits(comparison, message, printed, aliases, (*path, "ranges", index))
+
+
+def _sub_message(comparison: Comparison, entry: Json) -> Message | None:
+    """Return the message with the id and the sub-message of a section; it may have another name there."""
+    if "sub_message" not in entry:
+        return None
+    value = sub_message(entry["sub_message"]["id"])
+    found = comparison.shared_by("", entry["heading"]["id"])
+    return next((message for message in found if message.sub_message == value), None)
+
+
+def _sub_heading(comparison: Comparison, message: Message, entry: Json, path: KeyPath) -> None:
+    """Compare every number of a sub-message, and remember the heading that it shares."""
+    part = entry["sub_message"]
+    place = f"sub_message/{message.name}"
+    value = message.sub_message
+    comparison.same(f"{place}/id", path, sub_message(part["id"]), value)
+    for _, text in (part["bytes"],) if "bytes" in part else ():
+        comparison.same(f"{place}/bytes", path, two_bytes(text), value)
+    for _, _, listed in part.get("listed", ()):
+        comparison.same(f"{place}/listed", path, sub_message(listed), value)
+    if message.id is not None:
+        comparison.shared[part["of"]] = Shared(message.id, entry["heading"]["page"])
 
 
 def _rows(
@@ -183,25 +212,26 @@ def _known_values(field: Field, table: str) -> dict[int, tuple[str, str]]:
     """Return the symbol and the path of each value or bit of a field, for the unit of the table."""
     if field.enum:
         enum = next(
-            (enum for unit, enum in field.enums_by_unit.items() if _is_named(unit, table)),
+            (enum for unit, enum in field.enums_by_unit.items() if is_named(unit, table)),
             field.enum,
         )
         path = f"enumerations/{enum.name}/values"
         return {v.value: (v.symbol or v.name, f"{path}/{v.name}") for v in enum.values}
     assert field.flags
     flags = next(
-        (flags for unit, flags in field.flags_by_unit.items() if _is_named(unit, table)),
+        (flags for unit, flags in field.flags_by_unit.items() if is_named(unit, table)),
         field.flags,
     )
     path = f"flags/{flags.name}/bits"
     return {bit.mask: (bit.symbol or bit.name, f"{path}/{bit.name}") for bit in flags.bits}
 
 
-def _is_named(unit: str, title: str) -> bool:
-    """Whether the title of a table names a unit or its series, such as BBD20x."""
+def is_named(unit: str, title: str) -> bool:
+    """Whether the title of a table names a unit or its series, such as BBD20x or KLS."""
     words = _WORD.findall(title)
     series = {word[:-1].replace("X", "x") for word in words if word[-1] in "Xx"}
-    return unit in words or (unit[:-1] in series and unit[-1].isdigit())
+    letters = unit.rstrip(string.digits)
+    return unit in words or letters in words or (unit[:-1] in series and unit[-1].isdigit())
 
 
 def _limits(

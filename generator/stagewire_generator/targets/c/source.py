@@ -144,15 +144,19 @@ def unsigned(value: int, size: int, digits: int = 0) -> str:
     return f"UINT32_C({number})" if size <= 4 else f"UINT64_C({number})"
 
 
-def call(head: str, arguments: Sequence[str], tail: str = "", indent: int = 0) -> str:
+def call(
+    head: str, arguments: Sequence[str], tail: str = "", indent: int = 0, before: int = 0
+) -> str:
     """Return ``head(arguments)tail``.
 
     If it does not fit on one line, the arguments go on the next line, or on one line each. The first line
     is not indented: the template does that.
+
+    :param before: the width of what the template has between the indentation and the call.
     """
     inside = ", ".join(arguments)
     line = f"{head}({inside}){tail}"
-    if indent + len(line) <= WIDTH:
+    if indent + before + len(line) <= WIDTH:
         return line
     pad = " " * (indent + 4)
     line = f"{pad}{inside}){tail}"

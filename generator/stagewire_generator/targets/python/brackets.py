@@ -64,6 +64,11 @@ def strings(head: str, texts: Iterable[str]) -> Nested:
     return Nested(f"{head}(", tuple(map(literal, texts)), ")")
 
 
+def slots(names: Iterable[str]) -> Nested:
+    """Return the assignment of ``__slots__``, sorted as a linter does."""
+    return strings("__slots__ = ", sorted(names, key=natural))
+
+
 def mapping(head: str, items: Iterable[Source], *, broken: bool = False) -> Nested:
     """Return ``head`` and a dictionary, or a set, with these items."""
     return Nested(f"{head}{{", tuple(items), "}", broken)
@@ -135,7 +140,7 @@ def laid_out(source: Source, indent: int, tail: str = "", head: str = "") -> str
     if head:
         source = _after(head, source)
     if isinstance(source, str):
-        return source + tail
+        return _at_operators(source, indent, tail) + tail
     line = _fitted(source, WIDTH - indent - width(tail))
     if line is not None:
         return line + tail
@@ -148,6 +153,13 @@ def laid_out(source: Source, indent: int, tail: str = "", head: str = "") -> str
     pad = " " * (indent + 4)
     body = "".join(f"{pad}{laid_out(item, indent + 4, ',')}\n" for item in source.items)
     return f"{source.opening}\n{body}{' ' * indent}{source.closing}{tail}"
+
+
+def _at_operators(source: str, indent: int, tail: str) -> str:
+    """Return an item, with a line for each alternative of its type if one line is too long."""
+    if indent + width(source) + width(tail) <= WIDTH:
+        return source
+    return source.replace(" | ", f"\n{' ' * indent}| ")
 
 
 def _is_tuple(source: Nested) -> bool:
@@ -232,7 +244,8 @@ def imported(module: str, names: Iterable[str], indent: int = 0) -> str:
 FUNCTIONS: Final[Mapping[str, Callable[..., object]]] = {
     function.__name__: function
     for function in (
-        assigned, call, either, exported, imported, laid_out, listed, literal, mapping, strings, unpacked
+        assigned, call, either, exported, imported, laid_out, listed, literal, mapping, slots, strings,
+        unpacked,
     )
 }  # fmt: skip
 """The functions that templates of Python modules can call, by name."""

@@ -398,6 +398,8 @@ def _field(field: Field) -> Json:
     }
     if field.format.kind != "integer":
         data["minimum"] = data["maximum"] = None
+    if field.format.real:
+        data["real"] = True
     if field.array:
         data |= {"minimum": field.minimum, "maximum": field.maximum, "array": _array(field.array)}
     if field.enum:

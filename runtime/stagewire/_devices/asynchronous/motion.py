@@ -142,7 +142,7 @@ class Started:
 
     async def stop(self, timeout: float | None) -> MotionEnd[Any] | None:
         """Stop the motion; see :meth:`stagewire.devices.Motion.stop`."""
-        table = self.action.halted_by
+        table = self.endpoint.halt_of(self.action)
         if table is None or not self.running.stop:
             raise UnsupportedError(
                 f"{self.running.what} cannot be stopped: the unit has no message for it"

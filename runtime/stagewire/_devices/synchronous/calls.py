@@ -178,7 +178,7 @@ def change(endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, gi
         try:
             for entry in table.given:
                 if entry.field in held and entry.field not in new:
-                    check_held(entry, held[entry.field])
+                    check_held(entry.on(endpoint.scales().controllers), held[entry.field])
             writing = table.written_with(read)
             message = _message(endpoint, what, table, {**held, **new}, writing)
         except OutOfRangeError as error:
@@ -306,7 +306,7 @@ def is_moving(endpoint: Endpoint, timeout: float | None) -> bool:
         if not busy and running is not None and not running.just_begun(endpoint.now()):
             _settled(endpoint, running)
         return busy
-    if unit.status_query is None or not unit.moving:
+    if unit.status_query is None or unit.moving.keys().isdisjoint(replies_of(unit.status_query)):
         raise UnsupportedError(f"a {unit.name} has no request for whether it moves")
     status = (_ask(endpoint, unit.status_query, seconds, {})).message
     if moves(status, unit.moving[type(status)]):

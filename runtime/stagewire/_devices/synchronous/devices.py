@@ -85,6 +85,7 @@ class _Opened(DeviceBase, Part, Closing):
         target_tolerance_counts: int | None = None,
         max_volts: Number | None = None,
         max_travel_um: Number | None = None,
+        settings: Mapping[str, Number] | None = None,
         serial_number: int | None = None,
         model: str | None = None,
         address: int | None = None,
@@ -135,6 +136,8 @@ class _Opened(DeviceBase, Part, Closing):
         :param max_volts: maximum output voltage, if the controller is not asked for it or does not report it
         :param max_travel_um: travel of the actuator, if the controller is not asked for it or does not
             report it
+        :param settings: other settings that the controller does not report, by name and in their units:
+            ``{"diode_full_scale": 220}``
         :param serial_number: expected serial number; opening a controller with a different one fails
         :param model: name of a controller that is newer than the document: ``BSC203`` for one that is opened
             as ``BSC103``. Its scales are used, and opening another controller fails. By default the serial
@@ -180,6 +183,7 @@ class _Opened(DeviceBase, Part, Closing):
             target_tolerance_counts=target_tolerance_counts,
             max_volts=max_volts,
             max_travel_um=max_travel_um,
+            settings=settings,
             serial_number=serial_number,
             model=model,
             address=address,

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final, TypeAlias
 
 from stagewire._devices.arguments import fields_of
+from stagewire._devices.reals import number_of
 from stagewire._devices.synchronous.calls import change, check_limits, query
 from stagewire._devices.synchronous.transport import Endpoint
 from stagewire._devices.tables import ParameterSet
@@ -22,7 +23,9 @@ _TUNING: Final = "tuning"
 
 
 def snapshot(endpoint: Endpoint, timeout: float | None) -> Snapshot:
-    """Return every set of parameters that can be read and written, in counts, by the name of its methods.
+    """Return every set of parameters that can be read and written, by the name of its methods.
+
+    Values are counts, or numbers if the field is a real number.
 
     A set whose request is not answered is left out, with a warning.
 
@@ -76,10 +79,11 @@ def restore(
 
 
 def _read(endpoint: Endpoint, table: ParameterSet[Any], timeout: float | None) -> dict[str, Any]:
-    """Return what the controller holds, in counts, by the keywords of the ``set_`` method."""
+    """Return what the controller holds, by the keywords of the ``set_`` method."""
     read = (query(endpoint, table, timeout, {})).message
     there = read.layout.fields
-    return {e.keyword: getattr(read, e.field) for e in table.given if e.field in there}
+    raw = [(entry, getattr(read, entry.field)) for entry in table.given if entry.field in there]
+    return {e.keyword: number_of(value, e.real) if e.real else value for e, value in raw}
 
 
 def _check(endpoint: Endpoint, what: str, table: ParameterSet[Any], new: Mapping[str, Any]) -> None:

@@ -53,14 +53,23 @@ def can_begin(words: Sequence[str]) -> bool:
     return bool(words) and words[0][0].isalpha()
 
 
-def apart(things: Iterable[Sequence[str]], taken: Collection[str], word: str) -> list[str]:
+def apart(
+    things: Iterable[Sequence[str]], taken: Collection[str], word: str, new: Sequence[bool] = ()
+) -> list[str]:
     """Return a unique name for each thing; none of them is taken.
 
     :param things: candidate names of each thing, the best first. If two things have the same name, both
         use their next candidate, if there is one.
     :param word: appended to a name without a next candidate.
+    :param new: which things are new; these never change the name of another thing.
     """
     choices = [list(names) for names in things]
+    if any(new):
+        olds = [names for names, late in zip(choices, new, strict=True) if not late]
+        news = [names for names, late in zip(choices, new, strict=True) if late]
+        kept = apart(olds, taken, word)
+        first, second = iter(kept), iter(apart(news, {*taken, *kept}, word))
+        return [next(second if late else first) for late in new]
     while True:
         count = Counter(names[0] for names in choices)
         alike = [
@@ -171,8 +180,12 @@ def _units(quantity: Quantity | None) -> Iterator[tuple[str, str, bool | None]]:
     if quantity is None:
         return
     if "cases" in quantity.rule:
-        for case, entry in quantity.rule["cases"].items():
-            yield entry["unit"], case, None
+        cases = quantity.rule["cases"]
+        count = Counter(entry["unit"] for entry in cases.values())
+        for case, entry in cases.items():
+            if count[entry["unit"]] == 1:
+                yield entry["unit"], case, None
+        yield from ((unit, "", None) for unit, times in count.items() if times > 1)
     elif quantity.rotary_unit:
         yield quantity.unit, "", False
         yield quantity.rotary_unit, "", True

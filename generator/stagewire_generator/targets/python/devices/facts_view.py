@@ -25,6 +25,7 @@ from stagewire_generator.targets.python.brackets import (
 )
 from stagewire_generator.targets.python.devices.arguments import table_class
 from stagewire_generator.targets.python.devices.hindrances_view import (
+    has_joint_status,
     hindrance_entries,
     hindrance_lists,
     said_by,
@@ -385,7 +386,10 @@ def _strings(head: str, names: list[str]) -> Nested:
 
 
 def status_call(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Call | None:
-    """Return the request for the status that shows whether a unit moves; None if it has none."""
+    """Return the request for the status that shows whether a unit moves; None if it has none.
+
+    If the only status is that of several channels, it is the request for the position counter of one.
+    """
     asked = {
         (length, call.constant): call
         for name, length, _ in _statuses(protocol, unit)
@@ -394,7 +398,20 @@ def status_call(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Call
         and call.values.message.name == name
         and call.message.name in unit.messages | {name}
     }
-    return asked[max(asked)] if asked else None
+    if asked:
+        return asked[max(asked)]
+    return _position_call(unit, tables) if has_joint_status(protocol, unit) else None
+
+
+def _position_call(unit: UnitPlan, tables: TableWriter) -> Call | None:
+    """Return the request for the position counter of a channel; None if it has none."""
+    for one in tables.calls:
+        members = {message.name for role, message in one.members.items() if role in ("req", "get")}
+        names = {argument.field.name for argument in one.values.arguments} if one.values else set()
+        counter = one.message.tells == "counter" and len(members) == 2 and not one.asked
+        if counter and "position" in names and members <= unit.messages:
+            return one
+    return None
 
 
 def _statuses(protocol: Protocol, unit: UnitPlan) -> Iterator[tuple[str, int, Source]]:

@@ -14,14 +14,37 @@ from stagewire_generator.targets.python.source import literal
 
 
 def said_by(protocol: Protocol, unit: UnitPlan) -> Iterator[tuple[Message, Layout]]:
-    """Yield the messages and replies that a unit sends, in the layouts that it uses."""
-    status = unit.entry.get("status")
+    """Yield the messages and replies that a unit sends, in the layouts that it uses.
+
+    A status of several channels is left out: it is not the status of the channel that is asked for it. On a
+    unit with several channels, this applies to all forms of the message.
+    """
+    status, several = unit.entry.get("status"), unit.entry.get("channels", 1) > 1
     for message in protocol.messages:
         if message.name in unit.messages:
-            for layout in message.layouts:
+            joint = {layout.form for layout in message.layouts if _is_joint(layout)}
+            for layout in message.layouts if not (several and joint) else ():
                 said = message.direction == "to_host" or layout.form == "reply"
-                if said and layout.when.get("status", status) == status:
+                if (
+                    said
+                    and layout.form not in joint
+                    and layout.when.get("status", status) == status
+                ):
                     yield message, layout
+
+
+def has_joint_status(protocol: Protocol, unit: UnitPlan) -> bool:
+    """Whether a unit with several channels reports their status together."""
+    messages = [message for message in protocol.messages if message.name in unit.messages]
+    several = unit.entry.get("channels", 1) > 1
+    return several and any(_is_joint(layout) for message in messages for layout in message.layouts)
+
+
+def _is_joint(layout: Layout) -> bool:
+    """Whether a layout has the status of several channels."""
+    tables = [field.flags for field in layout.all_fields if field.flags]
+    moving = [table for table in tables if any(bit.motion for bit in table.bits)]
+    return len(moving) > 1
 
 
 def hindrance_lists(protocol: Protocol) -> tuple[Nested, ...]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.model_fields import Field
+from stagewire_generator.naming import camel
 from stagewire_generator.targets.python.brackets import Nested, Source
 from stagewire_generator.targets.python.devices.arguments import (
     METHODS,
@@ -24,6 +25,7 @@ from stagewire_generator.targets.python.devices.plan import (
     Shape,
     camel_words,
     device_framing_of,
+    new_groups,
 )
 
 _TYPES = {"integer": "int", "text": "str", "bytes": "bytes", "array": "tuple[int, ...]"}
@@ -131,7 +133,10 @@ def _parameter(argument: Argument, optional: bool) -> str:
 
 def _type(field: Field) -> str:
     table = table_class(field)
-    return f"{table} | str | int" if table else _TYPES[field.format.kind]
+    if field.format.real:
+        return "Number"
+    others = dict.fromkeys(f"e.{camel(t.name)}" for t in field.enums_by_unit.values())
+    return " | ".join((table, *others, "str | int")) if table else _TYPES[field.format.kind]
 
 
 class Part(NamedTuple):
@@ -194,7 +199,8 @@ def parts_of(plan: Plan) -> Parts:
         for calls in groups
         for some in sorted({*verbs[calls[0].constant].values()} - {()})
     ]
-    parts = _named(needed)
+    new = new_groups(protocol)
+    parts = _named(needed, new)
     of_lists = {
         some: [part for part in parts if part.verbs == verbs[part.calls[0].constant][some]]
         for some in lists
@@ -205,7 +211,9 @@ def parts_of(plan: Plan) -> Parts:
         )
         for name, entry in entries.items()
     )
-    return Parts(parts, units, _method_names([c.parts for unit in units for c in unit.classes]))
+    return Parts(
+        parts, units, _method_names([c.parts for unit in units for c in unit.classes], new)
+    )
 
 
 def _verbs(call: Call, known: frozenset[str]) -> tuple[str, ...]:
@@ -218,14 +226,17 @@ def _verbs(call: Call, known: frozenset[str]) -> tuple[str, ...]:
     return tuple(verb for verb in call.methods if needs[verb] <= have)
 
 
-def _named(needed: Sequence[tuple[tuple[Call, ...], tuple[str, ...]]]) -> tuple[Part, ...]:
+def _named(
+    needed: Sequence[tuple[tuple[Call, ...], tuple[str, ...]]], new: Container[str]
+) -> tuple[Part, ...]:
     names = []
     for calls, verbs in needed:
         call = calls[0]
         whole = verbs == call.methods
         head = "With" if whole and verbs[0] else f"Can{camel_words([verbs[0].rstrip('_')])}"
         names.append([head + camel_words(call.words), head + camel_words(call.long_words)])
-    found = zip(needed, apart(names, (), "Message"), strict=True)
+    late = [calls[0].message.group in new for calls, _ in needed]
+    found = zip(needed, apart(names, (), "Message", late), strict=True)
     return tuple(Part(name, calls, verbs) for (calls, verbs), name in found)
 
 
@@ -261,10 +272,11 @@ def _takers(
     return (DEVICE,) if message.addressee else (controller,)
 
 
-def _method_names(classes: Iterable[Sequence[Part]]) -> Mapping[str, str]:
+def _method_names(classes: Iterable[Sequence[Part]], new: Container[str]) -> Mapping[str, str]:
     """Return the names of the methods of each call, unique within each class.
 
-    If two calls of a class have the same name, both are prefixed with the word of their group.
+    If two calls of a class have the same name, both are prefixed with the word of their group. If only one of
+    them belongs to a group that is not new, it keeps its name.
     """
     made = list(classes)
     calls = {call.constant: call for parts in made for part in parts for call in part.calls}
@@ -283,11 +295,15 @@ def _method_names(classes: Iterable[Sequence[Part]]) -> Mapping[str, str]:
             for method, constants in seen.items():
                 if len(constants) < 2 and method not in METHODS:
                     continue
+                old = [one for one in constants if calls[one].message.group not in new]
+                kept = old[0] if len(old) == 1 and method not in METHODS else ""
                 for n, constant in enumerate(constants):
+                    if constant == kept:
+                        continue
                     if len(choices[constant]) > 1:
                         del choices[constant][0]
                         changed = True
-                    elif n or method in METHODS:
+                    elif n or kept or method in METHODS:
                         choices[constant][0] += "_message"
                         changed = True
     return {constant: names[0] for constant, names in choices.items()}

@@ -24,7 +24,7 @@ from stagewire_generator.targets.python.devices.arguments import (
 _CONSTANTS = frozenset({"FACTS", "UNITS", "VALUES"})
 _VALUES = frozenset({
     "Any", "Bits", "BitsByUnit", "False", "InUnits", "Message", "Named", "NamedByUnit", "None", "Raw",
-    "RawBytes", "RawIntegers", "RawText", "True", "Values"
+    "RawBytes", "RawIntegers", "RawText", "Real", "True", "Values"
 })  # fmt: skip
 
 
@@ -124,13 +124,25 @@ def plan_of(protocol: Protocol) -> Plan:
     calls = [*_sets(protocol, answers), *_messages(protocol, answers)]
     order = {c.name: n for n, c in enumerate(protocol.chapters)}
     calls.sort(key=lambda c: (order[c.message.chapter], c.message.id or 0))
+    new = new_groups(protocol)
     names = apart(
         [["_".join(c.words).upper(), "_".join(c.long_words).upper()] for c in calls],
         _CONSTANTS,
         "MESSAGE",
+        [c.message.group in new for c in calls],
     )
     named = (_named(call, name) for call, name in zip(calls, names, strict=True))
     return Plan(protocol, values, tuple(named))
+
+
+def new_groups(protocol: Protocol) -> frozenset[str]:
+    """Return the groups of messages that only overlays have.
+
+    Their messages get the longer name if another message has the same one, so that an overlay does not change
+    the names of others.
+    """
+    own = {message.group for message in protocol.messages if not message.overlay}
+    return frozenset(message.group for message in protocol.messages) - own
 
 
 def plain_layout(message: Message) -> Layout | None:
@@ -179,7 +191,9 @@ def _values(protocol: Protocol) -> Iterator[ValuesPlan]:
                 continue  # it has no values
             words = _set_words(sets[message.set[0]], message) if message.set else ()
             found.append((message, layout, arguments_of(message, fields, words)))
-    names = apart([list(_values_names(m, x)) for m, x, _ in found], _VALUES, "Values")
+    new = new_groups(protocol)
+    candidates = [list(_values_names(m, x)) for m, x, _ in found]
+    names = apart(candidates, _VALUES, "Values", [m.group in new for m, _, _ in found])
     for (message, layout, arguments), name in zip(found, names, strict=True):
         yield ValuesPlan(name, message, layout, arguments)
 

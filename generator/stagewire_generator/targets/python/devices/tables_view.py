@@ -124,8 +124,11 @@ class TableWriter:
             yield Nested("ends=Ends(", tuple(ends), ")")
         if "ends_when" in exchange:
             yield Nested("poll=Poll(", self.poll(exchange["ends_when"]).items, ")")
-        for name in exchange.get("halted_by", ()):
-            yield f"halted_by={self._of[name].constant}"
+        halts = [self._of[name].constant for name in exchange.get("halted_by", ())]
+        if halts:
+            yield f"halted_by={halts[0]}"
+        if halts[1:]:
+            yield _tuple("or_halted_by=", halts[1:])
         targets = [a.field.target for a in call.arguments if a.field.target]
         stored = exchange.get("stored")
         if stored and not targets:
@@ -207,14 +210,24 @@ def _argument(argument: Argument) -> Nested:
         items.append(f"choices={table_class(field)}")
         if field.enum and field.enum.modifiers:
             items.append(f"modifiers=0x{sum(v.value for v in field.enum.modifiers):02X}")
-        if not field.lists_all:
+        if field.open or (
+            field.enum.open if field.enums_by_unit and field.enum else not field.lists_all
+        ):
             items.append("open=True")
     if field.format.kind == "integer":
         low, high = field.own_range
         items += [f"minimum={low}", f"maximum={high}"]
+    if field.format.real:
+        items.append(f"real={field.format.size}")
     if field.ranges_by_unit:
         ranges = (f"{literal(u)}: {limits}" for u, limits in field.ranges_by_unit.items())
         items.append(Nested("ranges={", tuple(ranges), "}"))
+    if field.enums_by_unit:
+        names = (
+            f"{literal(u)}: (e.{camel(t.name)}, {bool(field.open or t.open)})"
+            for u, t in field.enums_by_unit.items()
+        )
+        items.append(Nested("names={", tuple(names), "}"))
     if field.target:
         items.append(f"target={literal(field.target)}")
     default = default_value(argument)
@@ -300,4 +313,6 @@ def _kind(field: Field) -> tuple[str, tuple[str | Nested, ...]]:
         return "BitsByUnit", (f"f.{camel(field.flags.name)}", Nested("{", tuple(units), "}"))
     if field.flags:
         return "Bits", (f"f.{camel(field.flags.name)}",)
+    if field.format.real:
+        return "Real", (str(field.format.size),)
     return _KINDS[field.format.kind], ()
