@@ -70,6 +70,18 @@ enum apt_amp_lp_filter {
 };
 
 /**
+ * Values of amplifier_output_mode (Programs of the vendor, section PDXC2).
+ *
+ * Outputs of a PDXC2 that drive the stage. Evidence: vendor program.
+ */
+enum apt_amplifier_output_mode {
+    /** One output for both directions. */
+    APT_AMPLIFIER_OUTPUT_MODE_BOTH_DIRECTIONS = 1,
+    /** One output for each direction. */
+    APT_AMPLIFIER_OUTPUT_MODE_ONE_OUTPUT_PER_DIRECTION = 2
+};
+
+/**
  * Values of analog_monitor (Issue 37, page 165).
  *
  * Analog output, which is on the BNC connector with the same number.
@@ -155,6 +167,74 @@ enum apt_channel {
 };
 
 /**
+ * Values of channel_bit (Issue 37, page 372).
+ *
+ * Channel of a controller that names its channels by bits.
+ */
+enum apt_channel_bit {
+    /** Channel 1. */
+    APT_CHANNEL_BIT_CHAN1 = 1,
+    /** Channel 2. */
+    APT_CHANNEL_BIT_CHAN2 = 2,
+    /** Channel 3. */
+    APT_CHANNEL_BIT_CHAN3 = 4,
+    /** Channel 4. */
+    APT_CHANNEL_BIT_CHAN4 = 8
+};
+
+/**
+ * Values of channel_enable_mode (Issue 37, page 394).
+ *
+ * Channels of a KIM101 that are enabled. Only these two pairs can move together.
+ */
+enum apt_channel_enable_mode {
+    /** All channels are disabled. */
+    APT_CHANNEL_ENABLE_MODE_NONE = 0,
+    /** Channel 1; the only channel of a KIM001. */
+    APT_CHANNEL_ENABLE_MODE_CHANNEL_1 = 1,
+    /** Channel 2. */
+    APT_CHANNEL_ENABLE_MODE_CHANNEL_2 = 2,
+    /** Channel 3. */
+    APT_CHANNEL_ENABLE_MODE_CHANNEL_3 = 3,
+    /** Channel 4. */
+    APT_CHANNEL_ENABLE_MODE_CHANNEL_4 = 4,
+    /** Channels 1 and 2. */
+    APT_CHANNEL_ENABLE_MODE_CHANNELS_1_AND_2 = 5,
+    /** Channels 3 and 4. */
+    APT_CHANNEL_ENABLE_MODE_CHANNELS_3_AND_4 = 6
+};
+
+/**
+ * Values of circle_diameter_adjustment (Issue 37, page 257).
+ *
+ * How the signal changes the diameter of the circle. Evidence: vendor program.
+ */
+enum apt_circle_diameter_adjustment {
+    /** In inverse proportion. */
+    APT_CIRCLE_DIAMETER_ADJUSTMENT_INVERSE_LINEAR = 1,
+    /** By the inverse of the logarithm. */
+    APT_CIRCLE_DIAMETER_ADJUSTMENT_INVERSE_LOG = 2,
+    /** By the inverse square. */
+    APT_CIRCLE_DIAMETER_ADJUSTMENT_INVERSE_SQUARE = 3,
+    /** By the inverse cube. */
+    APT_CIRCLE_DIAMETER_ADJUSTMENT_INVERSE_CUBE = 4
+};
+
+/**
+ * Values of circle_diameter_mode (Issue 37, page 256).
+ *
+ * Source of the diameter of the scanning circle. Evidence: vendor program.
+ */
+enum apt_circle_diameter_mode {
+    /** The fixed value circ_dia_sw. */
+    APT_CIRCLE_DIAMETER_MODE_SOFTWARE = 1,
+    /** The signal, as set by abs_pwr_adjust_type. */
+    APT_CIRCLE_DIAMETER_MODE_ABSOLUTE_POWER = 2,
+    /** The range of the input amplifier, by the table of PZ_SET_NTCIRCDIALUT. */
+    APT_CIRCLE_DIAMETER_MODE_LOOKUP_TABLE = 3
+};
+
+/**
  * Values of current_loop_set (Issue 37, page 116).
  *
  * State of the motor in which a set of current loop parameters applies.
@@ -181,6 +261,48 @@ enum apt_current_phase {
 };
 
 /**
+ * Values of derivative_filter (Issue 37, page 208).
+ *
+ * Low-pass filter of the derivative term. Evidence: vendor program.
+ */
+enum apt_derivative_filter {
+    /** The filter is used. */
+    APT_DERIVATIVE_FILTER_ON = 1,
+    /** The filter is not used. */
+    APT_DERIVATIVE_FILTER_OFF = 2
+};
+
+/**
+ * Values of diode_display_units (Issue 37, page 305).
+ *
+ * Quantity that the display of a laser diode driver shows. The document prints only the values of
+ * the TLS001; these are in the C headers of the vendor for the TLD001 and the KLD101. Evidence:
+ * vendor program.
+ */
+enum apt_diode_display_units {
+    /** Maximum current of the diode in mA. */
+    APT_DIODE_DISPLAY_UNITS_MAX_CURRENT = 1,
+    /** Current of the diode in mA. */
+    APT_DIODE_DISPLAY_UNITS_CURRENT = 2,
+    /** Current of the photodiode in mA. */
+    APT_DIODE_DISPLAY_UNITS_PHOTO_CURRENT = 3,
+    /** Output power, the photodiode current times the calibration factor. */
+    APT_DIODE_DISPLAY_UNITS_POWER = 4
+};
+
+/**
+ * Values of diode_during_adjustment (Issue 37, page 314).
+ *
+ * State of the laser diode during the adjustment of the maximum current.
+ */
+enum apt_diode_during_adjustment {
+    /** The diode is off. */
+    APT_DIODE_DURING_ADJUSTMENT_OFF = 1,
+    /** The diode is on. */
+    APT_DIODE_DURING_ADJUSTMENT_ON = 2
+};
+
+/**
  * Values of direction_sense (Issue 37, page 113).
  *
  * Direction of moves started with a joystick.
@@ -195,7 +317,8 @@ enum apt_direction_sense {
 /**
  * Values of display_mode (Issue 3, page 128).
  *
- * Unit of the TSG001 display; the readings of PZ_GET_TSG_READING follow it.
+ * Unit of the TSG001 display; the readings of PZ_GET_TSG_READING follow it. Evidence: vendor
+ * program.
  */
 enum apt_display_mode {
     /** Position in micrometres. */
@@ -216,6 +339,20 @@ enum apt_enable_state {
     APT_ENABLE_STATE_ENABLE = 1,
     /** Disable the channel. */
     APT_ENABLE_STATE_DISABLE = 2
+};
+
+/**
+ * Values of feedback_signal_mode (Issue 37, page 398).
+ *
+ * Use of the digital inputs of a channel on the USER IO connector.
+ */
+enum apt_feedback_signal_mode {
+    /** The inputs are not used. */
+    APT_FEEDBACK_SIGNAL_MODE_DISABLED = 0,
+    /** Signals of the limit switches. */
+    APT_FEEDBACK_SIGNAL_MODE_LIMSWITCH = 1,
+    /** Signal of an encoder; for future use. */
+    APT_FEEDBACK_SIGNAL_MODE_ENCODER = 2
 };
 
 /**
@@ -318,9 +455,21 @@ enum apt_home_limit_switch {
 };
 
 /**
+ * Values of home_switch_side (Issue 37, page 383).
+ *
+ * Limit switch at the home position of an inertial motor.
+ */
+enum apt_home_switch_side {
+    /** Forward limit switch. */
+    APT_HOME_SWITCH_SIDE_FORWARD = 1,
+    /** Reverse limit switch. */
+    APT_HOME_SWITCH_SIDE_REVERSE = 2
+};
+
+/**
  * Values of hub_analogue_input (Issue 3, page 115).
  *
- * Path of the feedback signal from a TSG001 to a TPZ001.
+ * Path of the feedback signal from a TSG001 to a TPZ001. Evidence: vendor program.
  */
 enum apt_hub_analogue_input {
     /** Through all bays of the hub. */
@@ -334,7 +483,7 @@ enum apt_hub_analogue_input {
 /**
  * Values of hub_analogue_output (Issue 3, page 127).
  *
- * Path by which a TSG001 sends its feedback signal to a TPZ001.
+ * Path by which a TSG001 sends its feedback signal to a TPZ001. Evidence: vendor program.
  */
 enum apt_hub_analogue_output {
     /** Through all bays of the hub. */
@@ -365,6 +514,60 @@ enum apt_hub_bay {
     APT_HUB_BAY_BAY_5 = 5,
     /** Bay 6. */
     APT_HUB_BAY_BAY_6 = 6
+};
+
+/**
+ * Values of inertial_hard_limit (Issue 37, page 381).
+ *
+ * Behaviour of a limit switch of an actuator.
+ */
+enum apt_inertial_hard_limit {
+    /** Switch ignored or not present. */
+    APT_INERTIAL_HARD_LIMIT_IGNORE = 1,
+    /** Switch makes on contact. */
+    APT_INERTIAL_HARD_LIMIT_MAKES = 2,
+    /** Switch breaks on contact. */
+    APT_INERTIAL_HARD_LIMIT_BREAKS = 3,
+    /** Switch makes on contact; used only for homing. */
+    APT_INERTIAL_HARD_LIMIT_MAKES_HOME_ONLY = 4,
+    /** Switch breaks on contact; used only for homing. */
+    APT_INERTIAL_HARD_LIMIT_BREAKS_HOME_ONLY = 5
+};
+
+/**
+ * Values of inertial_trigger_mode (Issue 37, page 387).
+ *
+ * Function of a trigger port of a KIM101: values up to 0x04 are inputs, 0x0A and above outputs.
+ */
+enum apt_inertial_trigger_mode {
+    /** The port is not used. */
+    APT_INERTIAL_TRIGGER_MODE_DISABLED = 0,
+    /** General purpose input. */
+    APT_INERTIAL_TRIGGER_MODE_GPI = 1,
+    /** An edge starts a relative move by the stored distance. */
+    APT_INERTIAL_TRIGGER_MODE_RELMOVE = 2,
+    /** An edge starts an absolute move to the stored position. */
+    APT_INERTIAL_TRIGGER_MODE_ABSMOVE = 3,
+    /** An edge sets the position counter to 0. */
+    APT_INERTIAL_TRIGGER_MODE_RESETCOUNT = 4,
+    /** General purpose output; set with MOD_SET_DIGOUTPUTS. */
+    APT_INERTIAL_TRIGGER_MODE_GPO = 10,
+    /** Active while the motor moves. */
+    APT_INERTIAL_TRIGGER_MODE_INMOTION = 11,
+    /** Active while the motor moves at its maximum velocity. */
+    APT_INERTIAL_TRIGGER_MODE_MAXVELOCITY = 12,
+    /** Pulses at positions on the way forward; on one port at a time. */
+    APT_INERTIAL_TRIGGER_MODE_POSSTEPS_FWD = 13,
+    /** Pulses at positions on the way back; on one port at a time. */
+    APT_INERTIAL_TRIGGER_MODE_POSSTEPS_REV = 14,
+    /** Pulses at positions in both directions; on one port at a time. */
+    APT_INERTIAL_TRIGGER_MODE_POSSTEPS_BOTH = 15,
+    /** Active while the forward limit switch is active. */
+    APT_INERTIAL_TRIGGER_MODE_FWDLIMIT = 16,
+    /** Active while the reverse limit switch is active. */
+    APT_INERTIAL_TRIGGER_MODE_REVLIMIT = 17,
+    /** Active while one of the two limit switches is active. */
+    APT_INERTIAL_TRIGGER_MODE_EITHERLIMIT = 18
 };
 
 /**
@@ -424,6 +627,92 @@ enum apt_jog_mode {
 };
 
 /**
+ * Values of kcube_laser_source (Issue 37, page 300).
+ *
+ * Source of the set point of a K-Cube.
+ */
+enum apt_kcube_laser_source {
+    /** Messages of the host. */
+    APT_KCUBE_LASER_SOURCE_SOFTWARE = 0,
+    /** Signal at the SMA connector. */
+    APT_KCUBE_LASER_SOURCE_EXTERNAL = 1,
+    /** Wheel on the top panel and messages of the host. */
+    APT_KCUBE_LASER_SOURCE_WHEEL_AND_SOFTWARE = 4,
+    /** The document reserves it. */
+    APT_KCUBE_LASER_SOURCE_RESERVED = 8
+};
+
+/**
+ * Values of kna_tia_range (Issue 37, page 289).
+ *
+ * Range of the input amplifier of a KNA101, by the current at its full scale. Evidence: vendor
+ * program.
+ */
+enum apt_kna_tia_range {
+    /** Range 1, 5 nA. */
+    APT_KNA_TIA_RANGE_RANGE_5NA = 3,
+    /** Range 2, 16.6 nA. */
+    APT_KNA_TIA_RANGE_RANGE_16P6NA = 4,
+    /** Range 3, 50 nA. */
+    APT_KNA_TIA_RANGE_RANGE_50NA = 5,
+    /** Range 4, 166 nA. */
+    APT_KNA_TIA_RANGE_RANGE_166NA = 6,
+    /** Range 5, 500 nA. */
+    APT_KNA_TIA_RANGE_RANGE_500NA = 7,
+    /** Range 6; 1.65 µA in the document, 1.66 µA in the C header of the vendor. */
+    APT_KNA_TIA_RANGE_RANGE_1P66UA = 8,
+    /** Range 7, 5.0 µA. */
+    APT_KNA_TIA_RANGE_RANGE_5UA = 9,
+    /** Range 8; 16 µA in the document, 16.6 µA in the C header of the vendor. */
+    APT_KNA_TIA_RANGE_RANGE_16P6UA = 10,
+    /** Range 9, 50 µA. */
+    APT_KNA_TIA_RANGE_RANGE_50UA = 11,
+    /** Range 10, 166 µA. */
+    APT_KNA_TIA_RANGE_RANGE_166UA = 12,
+    /** Range 11, 500 µA. */
+    APT_KNA_TIA_RANGE_RANGE_500UA = 13,
+    /** Range 12, 1.66 mA. */
+    APT_KNA_TIA_RANGE_RANGE_1P66MA = 14,
+    /** Range 13, 5 mA. */
+    APT_KNA_TIA_RANGE_RANGE_5MA = 15
+};
+
+/**
+ * Values of kna_trigger_port_mode (Issue 37, page 285).
+ *
+ * Function of a port of a KNA101: values up to 0x03 are inputs, 0x0A and above outputs. Evidence:
+ * vendor program.
+ */
+enum apt_kna_trigger_port_mode {
+    /** The port is not used. */
+    APT_KNA_TRIGGER_PORT_MODE_DISABLED = 0,
+    /** General purpose input; its state is in the status bits. */
+    APT_KNA_TRIGGER_PORT_MODE_INPUT_LOGIC = 1,
+    /** An edge starts tracking. */
+    APT_KNA_TRIGGER_PORT_MODE_INPUT_TRACK = 2,
+    /** An edge moves the circle to its home position. */
+    APT_KNA_TRIGGER_PORT_MODE_INPUT_HOME = 3,
+    /** General purpose output; set with MOD_SET_DIGOUTPUTS. */
+    APT_KNA_TRIGGER_PORT_MODE_OUTPUT_LOGIC = 10,
+    /** Active while the unit tracks. */
+    APT_KNA_TRIGGER_PORT_MODE_OUTPUT_TRACKING = 11
+};
+
+/**
+ * Values of kna_wheel_step (Issue 37, page 283).
+ *
+ * Step of the wheel on the top panel of a KNA101. Evidence: vendor program.
+ */
+enum apt_kna_wheel_step {
+    /** Small steps. */
+    APT_KNA_WHEEL_STEP_LOW = 0,
+    /** Medium steps. */
+    APT_KNA_WHEEL_STEP_MID = 1,
+    /** Large steps. */
+    APT_KNA_WHEEL_STEP_HIGH = 2
+};
+
+/**
  * Values of knob_mode (Issue 37, page 169).
  *
  * Function of the knob on the front panel.
@@ -433,6 +722,269 @@ enum apt_knob_mode {
     APT_KNOB_MODE_VELOCITY = 1,
     /** Moves in steps. */
     APT_KNOB_MODE_JOG = 2
+};
+
+/**
+ * Values of kpc_analog_input (Programs of the vendor, section Piezo controllers).
+ *
+ * Source of the analogue input. Evidence: vendor program.
+ */
+enum apt_kpc_analog_input {
+    /** None. */
+    APT_KPC_ANALOG_INPUT_DISABLED = 0,
+    /** Through all bays of the hub. */
+    APT_KPC_ANALOG_INPUT_HUB_INPUT_A = 1,
+    /** Between neighbouring bays of the hub. */
+    APT_KPC_ANALOG_INPUT_HUB_INPUT_B = 2,
+    /** Through the connector. */
+    APT_KPC_ANALOG_INPUT_EXTERNAL = 3
+};
+
+/**
+ * Values of kpc_monitor_signal (Programs of the vendor, section Piezo controllers).
+ *
+ * Signal at the monitor output. Evidence: vendor program.
+ */
+enum apt_kpc_monitor_signal {
+    /** The voltage set by software. */
+    APT_KPC_MONITOR_SIGNAL_SOFTWARE = 0,
+    /** The drive voltage. */
+    APT_KPC_MONITOR_SIGNAL_HIGH_VOLTAGE = 1,
+    /** The position. */
+    APT_KPC_MONITOR_SIGNAL_POSITION = 2
+};
+
+/**
+ * Values of kpc_strain_gauge_option (Programs of the vendor, section Piezo controllers).
+ *
+ * Use of the strain gauge.
+ */
+enum apt_kpc_strain_gauge_option {
+    /** Position. */
+    APT_KPC_STRAIN_GAUGE_OPTION_POSITION = 0,
+    /** Force. */
+    APT_KPC_STRAIN_GAUGE_OPTION_FORCE = 1
+};
+
+/**
+ * Values of kpc_trigger_mode (Programs of the vendor, section Piezo controllers).
+ *
+ * Function of a trigger port: values up to 0x03 are inputs, 0x0A and above outputs. Evidence:
+ * vendor program.
+ */
+enum apt_kpc_trigger_mode {
+    /** The port is not used. */
+    APT_KPC_TRIGGER_MODE_DISABLED = 0,
+    /** General purpose input. */
+    APT_KPC_TRIGGER_MODE_INPUT_LOGIC = 1,
+    /** An edge increases the voltage or the position by one step. */
+    APT_KPC_TRIGGER_MODE_INPUT_STEP_UP = 2,
+    /** An edge decreases the voltage or the position by one step. */
+    APT_KPC_TRIGGER_MODE_INPUT_STEP_DOWN = 3,
+    /** General purpose output. */
+    APT_KPC_TRIGGER_MODE_OUTPUT_LOGIC = 10,
+    /** Active while the strain gauge is below the lower limit. */
+    APT_KPC_TRIGGER_MODE_OUTPUT_BELOW_LOWER_LIMIT = 11,
+    /** Active while the strain gauge is above the lower limit. */
+    APT_KPC_TRIGGER_MODE_OUTPUT_ABOVE_LOWER_LIMIT = 12,
+    /** Active while the strain gauge is below the upper limit. */
+    APT_KPC_TRIGGER_MODE_OUTPUT_BELOW_UPPER_LIMIT = 13,
+    /** Active while the strain gauge is above the upper limit. */
+    APT_KPC_TRIGGER_MODE_OUTPUT_ABOVE_UPPER_LIMIT = 14,
+    /** Active while the strain gauge is between the limits. */
+    APT_KPC_TRIGGER_MODE_OUTPUT_BETWEEN_LIMITS = 15,
+    /**
+     * Active while the strain gauge is outside of the limits; only the vendor's C header has it.
+     */
+    APT_KPC_TRIGGER_MODE_OUTPUT_OUTSIDE_LIMITS = 16
+};
+
+/**
+ * Values of kpc_voltage_range (Programs of the vendor, section Piezo controllers).
+ *
+ * Full scale of the output voltage. Evidence: vendor program.
+ */
+enum apt_kpc_voltage_range {
+    /** 75 V. */
+    APT_KPC_VOLTAGE_RANGE_RANGE_75V = 75,
+    /** 150 V. */
+    APT_KPC_VOLTAGE_RANGE_RANGE_150V = 150
+};
+
+/**
+ * Values of kpc_wheel_mode (Programs of the vendor, section Piezo controllers).
+ *
+ * Function of the wheel on the top panel. Evidence: vendor program.
+ */
+enum apt_kpc_wheel_mode {
+    /** Changes the voltage, or the position in closed loop. */
+    APT_KPC_WHEEL_MODE_ADJUST = 1,
+    /** Changes it by one step. */
+    APT_KPC_WHEEL_MODE_JOG = 2,
+    /** Goes to one of the two presets. */
+    APT_KPC_WHEEL_MODE_GO_TO_PRESET = 3
+};
+
+/**
+ * Values of kpz_trigger_mode (Issue 37, page 237).
+ *
+ * Function of a trigger port of a KPZ101: values up to 0x03 are inputs, 0x0A is an output.
+ * Evidence: vendor program.
+ */
+enum apt_kpz_trigger_mode {
+    /** The port is not used. */
+    APT_KPZ_TRIGGER_MODE_DISABLED = 0,
+    /** General purpose input; its state is in the status bits. */
+    APT_KPZ_TRIGGER_MODE_INPUT_LOGIC = 1,
+    /** An edge increases the voltage by js_volt_step of KPZ_SET_KCUBEMMIPARAMS. */
+    APT_KPZ_TRIGGER_MODE_INPUT_VOLTAGE_STEP_UP = 2,
+    /** An edge decreases the voltage by js_volt_step of KPZ_SET_KCUBEMMIPARAMS. */
+    APT_KPZ_TRIGGER_MODE_INPUT_VOLTAGE_STEP_DOWN = 3,
+    /** General purpose output; set with MOD_SET_DIGOUTPUTS. */
+    APT_KPZ_TRIGGER_MODE_OUTPUT_LOGIC = 10
+};
+
+/**
+ * Values of kpz_wheel_direction (Issue 37, page 236).
+ *
+ * Direction of a change that is made with the wheel.
+ */
+enum apt_kpz_wheel_direction {
+    /** The wheel changes nothing. */
+    APT_KPZ_WHEEL_DIRECTION_DISABLED = 0,
+    /** Turning it upwards increases the voltage. */
+    APT_KPZ_WHEEL_DIRECTION_POSITIVE = 1,
+    /** Turning it upwards decreases the voltage. */
+    APT_KPZ_WHEEL_DIRECTION_NEGATIVE = 2
+};
+
+/**
+ * Values of kpz_wheel_gear (Issue 37, page 235).
+ *
+ * Rate at which the wheel changes the voltage in VOLTAGE mode. Evidence: vendor program.
+ */
+enum apt_kpz_wheel_gear {
+    /** 10 steps for each click. */
+    APT_KPZ_WHEEL_GEAR_HIGH = 1,
+    /** 5 steps for each click. */
+    APT_KPZ_WHEEL_GEAR_MEDIUM = 2,
+    /** 1 step for each click. */
+    APT_KPZ_WHEEL_GEAR_LOW = 3
+};
+
+/**
+ * Values of kpz_wheel_mode (Issue 37, page 235).
+ *
+ * Function of the wheel on the top panel. Evidence: vendor program.
+ */
+enum apt_kpz_wheel_mode {
+    /** Changes the voltage at a rate that depends on the deflection. */
+    APT_KPZ_WHEEL_MODE_VOLTAGE = 1,
+    /** Changes the voltage by one step for each click. */
+    APT_KPZ_WHEEL_MODE_JOG = 2,
+    /** Goes to one of the two preset voltages. */
+    APT_KPZ_WHEEL_MODE_GO_TO_VOLTAGE = 3
+};
+
+/**
+ * Values of ksg_trigger_mode (Issue 37, page 245).
+ *
+ * Function of a trigger port of a KSG101: 0x01 is an input, 0x0A and above are outputs. Evidence:
+ * vendor program.
+ */
+enum apt_ksg_trigger_mode {
+    /** The port is not used. */
+    APT_KSG_TRIGGER_MODE_DISABLED = 0,
+    /** General purpose input; its state is in the status bits. */
+    APT_KSG_TRIGGER_MODE_INPUT_LOGIC = 1,
+    /** General purpose output; set with MOD_SET_DIGOUTPUTS. */
+    APT_KSG_TRIGGER_MODE_OUTPUT_LOGIC = 10,
+    /** Active while the signal is below the lower limit. */
+    APT_KSG_TRIGGER_MODE_OUTPUT_BELOW_LOWER_LIMIT = 11,
+    /** Active while the signal is above the lower limit. */
+    APT_KSG_TRIGGER_MODE_OUTPUT_ABOVE_LOWER_LIMIT = 12,
+    /** Active while the signal is below the upper limit. */
+    APT_KSG_TRIGGER_MODE_OUTPUT_BELOW_UPPER_LIMIT = 13,
+    /** Active while the signal is above the upper limit. */
+    APT_KSG_TRIGGER_MODE_OUTPUT_ABOVE_UPPER_LIMIT = 14,
+    /** Active while the signal is between the two limits. */
+    APT_KSG_TRIGGER_MODE_OUTPUT_BETWEEN_LIMITS = 15,
+    /** Active while the signal is outside of the two limits. */
+    APT_KSG_TRIGGER_MODE_OUTPUT_OUTSIDE_LIMITS = 16
+};
+
+/**
+ * Values of laser_display_units (Issue 37, page 305).
+ *
+ * Quantity that the display of a TLS001 shows. Evidence: vendor program.
+ */
+enum apt_laser_display_units {
+    /** Laser current in mA. */
+    APT_LASER_DISPLAY_UNITS_CURRENT = 1,
+    /** Laser power in mW. */
+    APT_LASER_DISPLAY_UNITS_POWER = 2,
+    /** Laser power in dBm relative to 1 mW. */
+    APT_LASER_DISPLAY_UNITS_POWER_DBM = 3
+};
+
+/**
+ * Values of laser_polarity (Issue 37, page 306).
+ *
+ * Grounded terminal of the laser diode. Evidence: vendor program.
+ */
+enum apt_laser_polarity {
+    /** The cathode is grounded. */
+    APT_LASER_POLARITY_CATHODE_GROUNDED = 1,
+    /** The anode is grounded. */
+    APT_LASER_POLARITY_ANODE_GROUNDED = 2
+};
+
+/**
+ * Values of laser_rampup (Issue 37, page 306).
+ *
+ * Rise of the current when the output is enabled. Evidence: vendor program.
+ */
+enum apt_laser_rampup {
+    /** At once; the example on page 307 has this value. */
+    APT_LASER_RAMPUP_IMMEDIATE = 0,
+    /** In steps of 10 % of the selected maximum current. */
+    APT_LASER_RAMPUP_RAMPED = 1
+};
+
+/**
+ * Values of laser_source (Issue 37, page 300).
+ *
+ * Source of the set point of a TLS001. Only one source is active at a time. Evidence: vendor
+ * program.
+ */
+enum apt_laser_source {
+    /** Messages of the host. */
+    APT_LASER_SOURCE_SOFTWARE = 0,
+    /** Signal at the SMA connector. */
+    APT_LASER_SOURCE_EXTERNAL = 1,
+    /** Potentiometer on the top panel. */
+    APT_LASER_SOURCE_POTENTIOMETER = 4
+};
+
+/**
+ * Values of laser_trigger_mode (Issue 37, page 325).
+ *
+ * Function of a trigger port of a K-Cube laser source: 0x01 is an input, 0x0A and above are
+ * outputs. Evidence: vendor program.
+ */
+enum apt_laser_trigger_mode {
+    /** The port is not used. */
+    APT_LASER_TRIGGER_MODE_DISABLED = 0,
+    /** General purpose input; its state is in the status bits. */
+    APT_LASER_TRIGGER_MODE_INPUT_LOGIC = 1,
+    /** General purpose output. */
+    APT_LASER_TRIGGER_MODE_OUTPUT_LOGIC = 10,
+    /** Active while the laser output is on. */
+    APT_LASER_TRIGGER_MODE_OUTPUT_LASER_ON = 11,
+    /** Active while the interlock is enabled. */
+    APT_LASER_TRIGGER_MODE_OUTPUT_INTERLOCK_ENABLED = 12,
+    /** Pulse when the set point changes. */
+    APT_LASER_TRIGGER_MODE_OUTPUT_SET_POINT_CHANGED = 13
 };
 
 /**
@@ -457,6 +1009,42 @@ enum apt_lut_value_type {
     APT_LUT_VALUE_TYPE_VOLTAGE = 1,
     /** Positions, for closed loop. */
     APT_LUT_VALUE_TYPE_POSITION = 2
+};
+
+/**
+ * Values of lv_output_range (Issue 37, page 292).
+ *
+ * Range of the low-voltage outputs. Evidence: vendor program.
+ */
+enum apt_lv_output_range {
+    /** 0 to 5 V; not on the KNA101. */
+    APT_LV_OUTPUT_RANGE_RANGE_5V = 1,
+    /** 0 to 10 V. */
+    APT_LV_OUTPUT_RANGE_RANGE_10V = 2
+};
+
+/**
+ * Values of lv_output_route (Issue 37, page 292).
+ *
+ * Connectors of the low-voltage outputs. Evidence: vendor program.
+ */
+enum apt_lv_output_route {
+    /** SMA connectors. */
+    APT_LV_OUTPUT_ROUTE_SMA = 1,
+    /** SMA connectors and the hub; not on the KNA101. */
+    APT_LV_OUTPUT_ROUTE_SMA_AND_HUB = 2
+};
+
+/**
+ * Values of max_current_adjustment (Issue 37, page 314).
+ *
+ * Whether the maximum current can be adjusted.
+ */
+enum apt_max_current_adjustment {
+    /** The maximum current is fixed. */
+    APT_MAX_CURRENT_ADJUSTMENT_DISABLED = 1,
+    /** LD_SET_MAXCURRENTDIGPOT changes the maximum current. */
+    APT_MAX_CURRENT_ADJUSTMENT_ENABLED = 2
 };
 
 /**
@@ -496,6 +1084,166 @@ enum apt_move_direction {
     APT_MOVE_DIRECTION_FORWARD = 1,
     /** Reverse, counterclockwise (CCW) according to page 77. */
     APT_MOVE_DIRECTION_REVERSE = 2
+};
+
+/**
+ * Values of nanotrak_axes (Issue 37, page 250).
+ *
+ * Axes on which a NanoTrak tracks. Evidence: vendor program.
+ */
+enum apt_nanotrak_axes {
+    /** Both axes. */
+    APT_NANOTRAK_AXES_BOTH = 1,
+    /** Horizontal axis (X). */
+    APT_NANOTRAK_AXES_HORIZONTAL = 2,
+    /** Vertical axis (Y). */
+    APT_NANOTRAK_AXES_VERTICAL = 3
+};
+
+/**
+ * Values of nanotrak_gain_mode (Issue 37, page 267).
+ *
+ * Source of the loop gain. It cannot be changed. Evidence: vendor program.
+ */
+enum apt_nanotrak_gain_mode {
+    /** Set by software. */
+    APT_NANOTRAK_GAIN_MODE_SOFTWARE = 2
+};
+
+/**
+ * Values of nanotrak_input (Issue 37, page 272).
+ *
+ * Input of the signal. Evidence: vendor program.
+ */
+enum apt_nanotrak_input {
+    /** Current of a photodiode through the input amplifier. */
+    APT_NANOTRAK_INPUT_TIA = 1,
+    /** External voltage, 1 V range; not on the KNA101. */
+    APT_NANOTRAK_INPUT_EXT_1V = 2,
+    /** External voltage, 2 V range; not on the KNA101. */
+    APT_NANOTRAK_INPUT_EXT_2V = 3,
+    /** External voltage, 5 V range. */
+    APT_NANOTRAK_INPUT_EXT_5V = 4,
+    /** External voltage, 10 V range; not on the KNA101. */
+    APT_NANOTRAK_INPUT_EXT_10V = 5
+};
+
+/**
+ * Values of nanotrak_mode (Issue 37, page 249).
+ *
+ * Mode to which a NanoTrak is set. Evidence: vendor program.
+ */
+enum apt_nanotrak_mode {
+    /** Piezo amplifier; takes effect after a restart. */
+    APT_NANOTRAK_MODE_PIEZO = 1,
+    /** No scan; the piezo outputs are held where they are. */
+    APT_NANOTRAK_MODE_LATCH = 2,
+    /** Follows the highest signal on both axes. */
+    APT_NANOTRAK_MODE_TRACK = 3,
+    /** Follows the highest signal on the horizontal axis. */
+    APT_NANOTRAK_MODE_TRACK_HORIZONTAL = 4,
+    /** Follows the highest signal on the vertical axis. */
+    APT_NANOTRAK_MODE_TRACK_VERTICAL = 5
+};
+
+/**
+ * Values of nanotrak_state (Issue 37, page 250).
+ *
+ * State that a NanoTrak reports. The numbers differ from those of the mode to which it is set.
+ * Evidence: vendor program.
+ */
+enum apt_nanotrak_state {
+    /** Piezo amplifier; tracking is off. */
+    APT_NANOTRAK_STATE_PIEZO = 1,
+    /** No scan; the piezo outputs are held where they are. */
+    APT_NANOTRAK_STATE_LATCH = 2,
+    /** Tracking; the signal is below the threshold of PZ_SET_NTTRACKTHRESHOLD. */
+    APT_NANOTRAK_STATE_TRACKING_NO_SIGNAL = 3,
+    /** Tracking; the signal is above the threshold. */
+    APT_NANOTRAK_STATE_TRACKING_SIGNAL = 4
+};
+
+/**
+ * Values of near_target_criterion (Issue 37, page 411).
+ *
+ * Sensor that decides whether a CT1P is near its target. The page prints 40 and 41; in the settings
+ * of the vendor's program, the first one is 64, which is 0x40. Evidence: vendor program.
+ */
+enum apt_near_target_criterion {
+    /** Near the target by the strain gauge. */
+    APT_NEAR_TARGET_CRITERION_STRAIN_GAUGE = 64,
+    /** Near the target by the encoder. */
+    APT_NEAR_TARGET_CRITERION_ENCODER = 65
+};
+
+/**
+ * Values of notch_filter (Issue 37, page 210).
+ *
+ * Notch filters that a message addresses. Evidence: vendor program.
+ */
+enum apt_notch_filter {
+    /** Filter 1. */
+    APT_NOTCH_FILTER_FILTER_1 = 1,
+    /** Filter 2. */
+    APT_NOTCH_FILTER_FILTER_2 = 2,
+    /** Both filters. */
+    APT_NOTCH_FILTER_BOTH = 3
+};
+
+/**
+ * Values of notch_filter_state (Issue 37, page 211).
+ *
+ * Whether a notch filter is used.
+ */
+enum apt_notch_filter_state {
+    /** The filter is used. */
+    APT_NOTCH_FILTER_STATE_ON = 1,
+    /** The filter is not used. */
+    APT_NOTCH_FILTER_STATE_OFF = 2
+};
+
+/**
+ * Values of pdxc2_trigger_mode (Programs of the vendor, section PDXC2).
+ *
+ * Reaction of a PDXC2 to its trigger input. Evidence: vendor program.
+ */
+enum apt_pdxc2_trigger_mode {
+    /** The input is not used. */
+    APT_PDXC2_TRIGGER_MODE_MANUAL = 0,
+    /** The analog input is the target; rising edge. */
+    APT_PDXC2_TRIGGER_MODE_ANALOG_RISING = 1,
+    /** The analog input is the target; falling edge. */
+    APT_PDXC2_TRIGGER_MODE_ANALOG_FALLING = 2,
+    /** A rising edge starts a fixed step. */
+    APT_PDXC2_TRIGGER_MODE_FIXED_STEP_RISING = 3,
+    /** A falling edge starts a fixed step. */
+    APT_PDXC2_TRIGGER_MODE_FIXED_STEP_FALLING = 4,
+    /** Two fixed positions; rising edge. */
+    APT_PDXC2_TRIGGER_MODE_TWO_POSITION_RISING = 5,
+    /** Two fixed positions; falling edge. */
+    APT_PDXC2_TRIGGER_MODE_TWO_POSITION_FALLING = 6
+};
+
+/**
+ * Values of phase_compensation_mode (Issue 37, page 262).
+ *
+ * Source of the phase compensation. It cannot be changed. Evidence: vendor program.
+ */
+enum apt_phase_compensation_mode {
+    /** Set by software. */
+    APT_PHASE_COMPENSATION_MODE_SOFTWARE = 2
+};
+
+/**
+ * Values of pid_index (Issue 37, page 411).
+ *
+ * Group of PID constants. Evidence: vendor program.
+ */
+enum apt_pid_index {
+    /** For moves, with a fast response. */
+    APT_PID_INDEX_NORMAL = 0,
+    /** Near the target, for low noise and stability. */
+    APT_PID_INDEX_NEAR_TARGET = 1
 };
 
 /**
@@ -542,6 +1290,77 @@ enum apt_position_trigger_state {
 };
 
 /**
+ * Values of ppc_brightness (Issue 37, page 213).
+ *
+ * Brightness of the LEDs on the front panel. Evidence: vendor program.
+ */
+enum apt_ppc_brightness {
+    /** Bright. */
+    APT_PPC_BRIGHTNESS_BRIGHT = 1,
+    /** Dim. */
+    APT_PPC_BRIGHTNESS_DIM = 2,
+    /** Off. */
+    APT_PPC_BRIGHTNESS_OFF = 3
+};
+
+/**
+ * Values of ppc_control_source (Issue 37, page 212).
+ *
+ * Signals that are added to drive the high-voltage amplifier. Evidence: vendor program.
+ */
+enum apt_ppc_control_source {
+    /** The voltage set by software. */
+    APT_PPC_CONTROL_SOURCE_SOFTWARE = 0,
+    /** Software and the EXT IN connector on the rear panel. */
+    APT_PPC_CONTROL_SOURCE_EXT_BNC = 1,
+    /** Software and an external joystick. */
+    APT_PPC_CONTROL_SOURCE_JOYSTICK = 2,
+    /** Software, EXT IN and joystick. */
+    APT_PPC_CONTROL_SOURCE_EXT_BNC_AND_JOYSTICK = 3
+};
+
+/**
+ * Values of ppc_feedback_source (Issue 37, page 213).
+ *
+ * Position sensor that a closed loop follows. Evidence: vendor program.
+ */
+enum apt_ppc_feedback_source {
+    /** Strain gauge. */
+    APT_PPC_FEEDBACK_SOURCE_STRAIN_GAUGE = 1,
+    /** Capacitive sensor. */
+    APT_PPC_FEEDBACK_SOURCE_CAPACITIVE = 2
+};
+
+/**
+ * Values of ppc_monitor_filter (Issue 37, page 213).
+ *
+ * Filter of the signal at the EXT OUT connector. Evidence: vendor program.
+ */
+enum apt_ppc_monitor_filter {
+    /** No filter. */
+    APT_PPC_MONITOR_FILTER_NO_FILTER = 1,
+    /** Low-pass filter of 200 Hz. */
+    APT_PPC_MONITOR_FILTER_LOW_PASS_200_HZ = 2
+};
+
+/**
+ * Values of ppc_monitor_signal (Issue 37, page 213).
+ *
+ * Signal at the EXT OUT connector on the rear panel. Evidence: vendor program.
+ */
+enum apt_ppc_monitor_signal {
+    /** Drive voltage, scaled so that 150 V is 10 V. */
+    APT_PPC_MONITOR_SIGNAL_DRIVE_VOLTAGE = 1,
+    /**
+     * Output of the position demodulator, slightly nonlinear and with an offset, without digital
+     * processing.
+     */
+    APT_PPC_MONITOR_SIGNAL_RAW_POSITION = 2,
+    /** Linearized position; the full range is 0 to 10 V. */
+    APT_PPC_MONITOR_SIGNAL_LINEARIZED_POSITION = 3
+};
+
+/**
  * Values of profile_mode (Issue 3, page 69).
  *
  * Shape of the velocity profile.
@@ -551,6 +1370,95 @@ enum apt_profile_mode {
     APT_PROFILE_MODE_TRAPEZOIDAL = 0,
     /** Trapezoidal with the rate of change of acceleration limited by the jerk. */
     APT_PROFILE_MODE_S_CURVE = 2
+};
+
+/**
+ * Values of quad_display_mode (Issue 37, page 339).
+ *
+ * Signals that the display represents.
+ */
+enum apt_quad_display_mode {
+    /** Difference signals of the detector. */
+    APT_QUAD_DISPLAY_MODE_DIFFERENCE = 1,
+    /** Position demand outputs. */
+    APT_QUAD_DISPLAY_MODE_POSITION = 2
+};
+
+/**
+ * Values of quad_filter_state (Issue 37, page 344).
+ *
+ * State of a filter in the control loops. Evidence: vendor program.
+ */
+enum apt_quad_filter_state {
+    /** The filter is on. */
+    APT_QUAD_FILTER_STATE_ENABLED = 1,
+    /** The filter is off. */
+    APT_QUAD_FILTER_STATE_DISABLED = 2
+};
+
+/**
+ * Values of quad_open_loop_demand (Issue 37, page 334).
+ *
+ * Outputs in open loop. Evidence: vendor program.
+ */
+enum apt_quad_open_loop_demand {
+    /** 0 V. */
+    APT_QUAD_OPEN_LOOP_DEMAND_ZERO = 1,
+    /** The values at the change to open loop. */
+    APT_QUAD_OPEN_LOOP_DEMAND_HELD = 2
+};
+
+/**
+ * Values of quad_operating_mode (Issue 37, page 336).
+ *
+ * Use of the outputs LV OUT/XDIFF and LV OUT/YDIFF. Evidence: vendor program.
+ */
+enum apt_quad_operating_mode {
+    /** The outputs carry the difference signals of the detector. */
+    APT_QUAD_OPERATING_MODE_MONITOR = 1,
+    /** The outputs are fixed, as open_loop_pos_demands of QUAD_POSDEMANDPARAMS says. */
+    APT_QUAD_OPERATING_MODE_OPEN_LOOP = 2,
+    /** The feedback loops drive the outputs. */
+    APT_QUAD_OPERATING_MODE_CLOSED_LOOP = 3,
+    /**
+     * KPA101 only: closed loop while SUM is above a minimum, else open loop; it cannot be saved.
+     */
+    APT_QUAD_OPERATING_MODE_AUTO_OPEN_CLOSED_LOOP = 4
+};
+
+/**
+ * Values of quad_output_route (Issue 37, page 334).
+ *
+ * Path of the position demand signals in closed loop. Evidence: vendor program.
+ */
+enum apt_quad_output_route {
+    /** SMA connectors on the rear panel. */
+    APT_QUAD_OUTPUT_ROUTE_SMA_ONLY = 1,
+    /** SMA connectors and the hub TCH002. */
+    APT_QUAD_OUTPUT_ROUTE_SMA_AND_HUB = 2
+};
+
+/**
+ * Values of quad_trigger_mode (Issue 37, page 346).
+ *
+ * Function of a trigger port of a KPA101: values up to 0x02 are inputs, 0x0A and above outputs.
+ * Evidence: vendor program.
+ */
+enum apt_quad_trigger_mode {
+    /** The port is not used, and is an input. */
+    APT_QUAD_TRIGGER_MODE_DISABLED = 0,
+    /** General purpose input; the polarity does not matter. */
+    APT_QUAD_TRIGGER_MODE_INPUT_LOGIC = 1,
+    /** An active edge switches from open loop to closed loop, or back. */
+    APT_QUAD_TRIGGER_MODE_INPUT_TOGGLE_LOOP = 2,
+    /** General purpose output; set with QUAD_SET_KPADIGOUTPUTS. */
+    APT_QUAD_TRIGGER_MODE_OUTPUT_LOGIC = 10,
+    /** Active while SUM is within its limits. */
+    APT_QUAD_TRIGGER_MODE_OUTPUT_SUM = 11,
+    /** Active while both difference signals are below the threshold. */
+    APT_QUAD_TRIGGER_MODE_OUTPUT_DIFFERENCE = 12,
+    /** Active while both of these are so. */
+    APT_QUAD_TRIGGER_MODE_OUTPUT_SUM_AND_DIFFERENCE = 13
 };
 
 /**
@@ -744,6 +1652,165 @@ enum apt_system_variable {
     APT_SYSTEM_VARIABLE_IPHASEC = 5,
     /** Motor current, with a fixed scale. */
     APT_SYSTEM_VARIABLE_IMOT = 6
+};
+
+/**
+ * Values of tec_display_mode (Issue 37, page 364).
+ *
+ * Quantity that the display shows. Evidence: vendor program.
+ */
+enum apt_tec_display_mode {
+    /** Actual temperature. */
+    APT_TEC_DISPLAY_MODE_DISPMODE_TACT = 0,
+    /** Set point of the temperature. */
+    APT_TEC_DISPLAY_MODE_DISPMODE_TSET = 1,
+    /** Difference between the actual temperature and the set point. */
+    APT_TEC_DISPLAY_MODE_DISPMODE_DELTA = 2,
+    /** Current of the TEC element, in amperes. */
+    APT_TEC_DISPLAY_MODE_DISPMODE_ITEC = 3
+};
+
+/**
+ * Values of tec_sensor (Issue 37, page 359).
+ *
+ * Temperature sensor of the TEC element. It determines the unit of all temperatures. Evidence:
+ * vendor program.
+ */
+enum apt_tec_sensor {
+    /** Transducer of the series AD59x; temperatures are in degrees Celsius. */
+    APT_TEC_SENSOR_SENSOR_IC_AD59X = 0,
+    /** 20 kOhm thermistor; temperatures are resistances in kOhm. */
+    APT_TEC_SENSOR_SENSOR_THERM20KOHM = 1,
+    /** 200 kOhm thermistor; temperatures are resistances in kOhm. */
+    APT_TEC_SENSOR_SENSOR_THERM200KOHM = 2
+};
+
+/**
+ * Values of tia_gain_adjustment (Issue 37, page 317).
+ *
+ * Whether the gain of the photodiode amplifier is adjusted.
+ */
+enum apt_tia_gain_adjustment {
+    /** The gain is fixed. */
+    APT_TIA_GAIN_ADJUSTMENT_DISABLED = 1,
+    /** The unit optimizes the gain. */
+    APT_TIA_GAIN_ADJUSTMENT_ENABLED = 2
+};
+
+/**
+ * Values of tia_lp_filter (Issue 37, page 268).
+ *
+ * Low-pass filter of the readings that are sent to the host. Evidence: vendor program.
+ */
+enum apt_tia_lp_filter {
+    /** No filter. */
+    APT_TIA_LP_FILTER_LP_NONE = 0,
+    /** 1 Hz. */
+    APT_TIA_LP_FILTER_LP_1HZ = 1,
+    /** 3 Hz. */
+    APT_TIA_LP_FILTER_LP_3HZ = 2,
+    /** 10 Hz. */
+    APT_TIA_LP_FILTER_LP_10HZ = 3,
+    /** 30 Hz. */
+    APT_TIA_LP_FILTER_LP_30HZ = 4,
+    /** 100 Hz. */
+    APT_TIA_LP_FILTER_LP_100HZ = 5
+};
+
+/**
+ * Values of tia_range (Issue 37, page 255).
+ *
+ * Range of the input amplifier, by the current at its full scale. The table has the values of the
+ * KNA101 in another column. Evidence: vendor program.
+ */
+enum apt_tia_range {
+    /** Range 1, 3 nA; not on the TNA001. */
+    APT_TIA_RANGE_RANGE_3NA = 3,
+    /** Range 2, 10 nA; not on the TNA001. */
+    APT_TIA_RANGE_RANGE_10NA = 4,
+    /** Range 3, 30 nA. */
+    APT_TIA_RANGE_RANGE_30NA = 5,
+    /** Range 4, 100 nA. */
+    APT_TIA_RANGE_RANGE_100NA = 6,
+    /** Range 5, 300 nA. */
+    APT_TIA_RANGE_RANGE_300NA = 7,
+    /** Range 6, 1 µA. */
+    APT_TIA_RANGE_RANGE_1UA = 8,
+    /** Range 7, 3 µA. */
+    APT_TIA_RANGE_RANGE_3UA = 9,
+    /** Range 8, 10 µA. */
+    APT_TIA_RANGE_RANGE_10UA = 10,
+    /** Range 9, 30 µA. */
+    APT_TIA_RANGE_RANGE_30UA = 11,
+    /** Range 10, 100 µA. */
+    APT_TIA_RANGE_RANGE_100UA = 12,
+    /** Range 11, 300 µA. */
+    APT_TIA_RANGE_RANGE_300UA = 13,
+    /** Range 12, 1 mA. */
+    APT_TIA_RANGE_RANGE_1MA = 14,
+    /** Range 13, 3 mA. */
+    APT_TIA_RANGE_RANGE_3MA = 15,
+    /** Range 14, 10 mA. */
+    APT_TIA_RANGE_RANGE_10MA = 16
+};
+
+/**
+ * Values of tia_range_check (Issue 37, page 255).
+ *
+ * Whether the signal is within the range of the input amplifier. Evidence: vendor program.
+ */
+enum apt_tia_range_check {
+    /** Within the range. */
+    APT_TIA_RANGE_CHECK_IN_RANGE = 1,
+    /** Below the range. */
+    APT_TIA_RANGE_CHECK_UNDER_READ = 2,
+    /** Above the range. */
+    APT_TIA_RANGE_CHECK_OVER_READ = 3
+};
+
+/**
+ * Values of tia_range_mode (Issue 37, page 264).
+ *
+ * Whether the range of the input amplifier follows the signal. Evidence: vendor program.
+ */
+enum apt_tia_range_mode {
+    /** Follows the signal, from the present range. */
+    APT_TIA_RANGE_MODE_AUTO = 1,
+    /** Stays at the present range. */
+    APT_TIA_RANGE_MODE_MANUAL = 2,
+    /** Changes to range_sw and stays there. */
+    APT_TIA_RANGE_MODE_MANUAL_SET = 3,
+    /** Changes to range_sw, and then follows the signal. */
+    APT_TIA_RANGE_MODE_AUTO_SET = 4
+};
+
+/**
+ * Values of tia_range_steps (Issue 37, page 265).
+ *
+ * Ranges that the amplifier uses when its range follows the signal. Evidence: vendor program.
+ */
+enum apt_tia_range_steps {
+    /** All ranges. */
+    APT_TIA_RANGE_STEPS_ALL = 1,
+    /** Odd ranges only. */
+    APT_TIA_RANGE_STEPS_ODD = 2,
+    /** Even ranges only. */
+    APT_TIA_RANGE_STEPS_EVEN = 3
+};
+
+/**
+ * Values of tld_laser_source (Issue 37, page 300).
+ *
+ * Source of the set point of a TLD001. Software and SMA connector have other numbers than on all
+ * other units. Evidence: vendor program.
+ */
+enum apt_tld_laser_source {
+    /** Messages of the host. */
+    APT_TLD_LASER_SOURCE_SOFTWARE = 1,
+    /** Signal at the SMA connector. */
+    APT_TLD_LASER_SOURCE_EXTERNAL = 2,
+    /** Potentiometer on the top panel. */
+    APT_TLD_LASER_SOURCE_POTENTIOMETER = 4
 };
 
 /**

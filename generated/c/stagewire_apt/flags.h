@@ -98,6 +98,56 @@
 /** @} */
 
 /**
+ * @name Bits of bnt_status_bits (Issue 37, page 275)
+ *
+ * Status of a NanoTrak of the BNT series. Two bits have two meanings. Evidence: vendor program.
+ * @{
+ */
+/** Bit 0: 1 is tracking, 0 is latched. */
+#define APT_BNT_STATUS_BITS_TRACKING UINT32_C(0x00000001)
+/** Bit 1: the signal is above the threshold. */
+#define APT_BNT_STATUS_BITS_TRACKING_WITH_SIGNAL UINT32_C(0x00000002)
+/** Bit 2: tracking on channel A only; 0 is both channels. */
+#define APT_BNT_STATUS_BITS_TRACKING_CHANNEL_A UINT32_C(0x00000004)
+/** Bit 3: tracking on channel B only; 0 is both channels. */
+#define APT_BNT_STATUS_BITS_TRACKING_CHANNEL_B UINT32_C(0x00000008)
+/** Bit 4: the range of the input amplifier follows the signal; 0 is manual. */
+#define APT_BNT_STATUS_BITS_AUTO_RANGING UINT32_C(0x00000010)
+/** Bit 5: the signal is below the range. */
+#define APT_BNT_STATUS_BITS_UNDER_READ UINT32_C(0x00000020)
+/** Bit 6: the signal is above the range. */
+#define APT_BNT_STATUS_BITS_OVER_READ UINT32_C(0x00000040)
+/** Bit 16: channel A is connected. */
+#define APT_BNT_STATUS_BITS_CHANNEL_A_CONNECTED UINT32_C(0x00010000)
+/** Bit 17: channel B is connected; the page has the value without a description. */
+#define APT_BNT_STATUS_BITS_CHANNEL_B_CONNECTED UINT32_C(0x00020000)
+/** Bit 18: channel A is enabled. */
+#define APT_BNT_STATUS_BITS_CHANNEL_A_ENABLED UINT32_C(0x00040000)
+/** Bit 19: channel B is enabled. */
+#define APT_BNT_STATUS_BITS_CHANNEL_B_ENABLED UINT32_C(0x00080000)
+/** Bit 20: control mode of channel A, 1 is closed loop; or digital input 1 is high. */
+#define APT_BNT_STATUS_BITS_CHANNEL_A_CLOSED_LOOP UINT32_C(0x00100000)
+/** Bit 21: control mode of channel B, 1 is closed loop; or digital input 2 is high. */
+#define APT_BNT_STATUS_BITS_CHANNEL_B_CLOSED_LOOP UINT32_C(0x00200000)
+/** Bit 22: digital input 3 is high, if the unit has it. */
+#define APT_BNT_STATUS_BITS_DIGITAL_INPUT_3 UINT32_C(0x00400000)
+/** Bit 23: digital input 4 is high, if the unit has it. */
+#define APT_BNT_STATUS_BITS_DIGITAL_INPUT_4 UINT32_C(0x00800000)
+/** Bit 24: digital input 5 is high, if the unit has it. */
+#define APT_BNT_STATUS_BITS_DIGITAL_INPUT_5 UINT32_C(0x01000000)
+/** Bit 25: digital input 6 is high, if the unit has it. */
+#define APT_BNT_STATUS_BITS_DIGITAL_INPUT_6 UINT32_C(0x02000000)
+/** Bit 26: digital input 7 is high, if the unit has it. */
+#define APT_BNT_STATUS_BITS_DIGITAL_INPUT_7 UINT32_C(0x04000000)
+/** Bit 27: digital input 8 is high, if the unit has it. */
+#define APT_BNT_STATUS_BITS_DIGITAL_INPUT_8 UINT32_C(0x08000000)
+/** Bit 29: the unit is active. */
+#define APT_BNT_STATUS_BITS_ACTIVE UINT32_C(0x20000000)
+/** Bit 31: the channel is enabled; for future use in the C header of the vendor. */
+#define APT_BNT_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** @} */
+
+/**
  * @name Bits of bpc_status_bits (Issue 3, page 102)
  *
  * Status of a channel of a BPC controller; the table on page 104 has the same bits except 12 to 14.
@@ -261,6 +311,55 @@
 /** @} */
 
 /**
+ * @name Bits of hv_output_range (Issue 37, page 292)
+ *
+ * Voltage range of the high-voltage outputs of a KNA101; 75 V if the bit is clear. Evidence: vendor
+ * program.
+ * @{
+ */
+/** Bit 0: channel 1 has 150 V. */
+#define APT_HV_OUTPUT_RANGE_CHANNEL_1_150V 0x0001U
+/** Bit 4: channel 2 has 150 V. */
+#define APT_HV_OUTPUT_RANGE_CHANNEL_2_150V 0x0010U
+/** @} */
+
+/**
+ * @name Bits of inertial_status_bits (Issue 37, page 405)
+ *
+ * Status of a channel of an inertial motor controller.
+ * @{
+ */
+/** Bit 0: forward (CW) hardware limit switch is active. */
+#define APT_INERTIAL_STATUS_BITS_FORWARD_HARDWARE_LIMIT UINT32_C(0x00000001)
+/** Bit 1: reverse (CCW) hardware limit switch is active. */
+#define APT_INERTIAL_STATUS_BITS_REVERSE_HARDWARE_LIMIT UINT32_C(0x00000002)
+/** Bit 4: moving forward (CW). */
+#define APT_INERTIAL_STATUS_BITS_MOVING_FORWARD UINT32_C(0x00000010)
+/** Bit 5: moving in reverse (CCW). */
+#define APT_INERTIAL_STATUS_BITS_MOVING_REVERSE UINT32_C(0x00000020)
+/** Bit 6: jogging forward (CW). */
+#define APT_INERTIAL_STATUS_BITS_JOGGING_FORWARD UINT32_C(0x00000040)
+/** Bit 7: jogging in reverse (CCW). */
+#define APT_INERTIAL_STATUS_BITS_JOGGING_REVERSE UINT32_C(0x00000080)
+/** Bit 8: a motor is connected. */
+#define APT_INERTIAL_STATUS_BITS_MOTOR_CONNECTED UINT32_C(0x00000100)
+/** Bit 9: homing. */
+#define APT_INERTIAL_STATUS_BITS_HOMING UINT32_C(0x00000200)
+/** Bit 10: homing has been completed. */
+#define APT_INERTIAL_STATUS_BITS_HOMED UINT32_C(0x00000400)
+/** Bit 20: digital input 1 is high. */
+#define APT_INERTIAL_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 28: the power supply is normal. */
+#define APT_INERTIAL_STATUS_BITS_POWER_OK UINT32_C(0x10000000)
+/** Bit 29: the channel is active. */
+#define APT_INERTIAL_STATUS_BITS_ACTIVE UINT32_C(0x20000000)
+/** Bit 30: an error has occurred. */
+#define APT_INERTIAL_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** Bit 31: the channel is enabled. */
+#define APT_INERTIAL_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** @} */
+
+/**
  * @name Bits of input_volts_source (Issue 3, page 98)
  *
  * Inputs that are added to the voltage set by software. No bit set (0x00) means software only; the
@@ -354,6 +453,139 @@
 /** @} */
 
 /**
+ * @name Bits of kld101_status_bits (Issue 37, page 322)
+ *
+ * Status of a KLD101.
+ * @{
+ */
+/** Bit 0: the laser output is enabled. */
+#define APT_KLD101_STATUS_BITS_OUTPUT_ENABLED UINT32_C(0x00000001)
+/** Bit 1: the key switch is on. */
+#define APT_KLD101_STATUS_BITS_KEYSWITCH_ENABLED UINT32_C(0x00000002)
+/** Bit 2: control mode; 1 is constant power (closed loop), 0 is constant current (open loop). */
+#define APT_KLD101_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000004)
+/** Bit 3: safety interlock is enabled, the state in which the output can be enabled. */
+#define APT_KLD101_STATUS_BITS_INTERLOCK_ENABLED UINT32_C(0x00000008)
+/** Bit 4: photodiode range of 9 µA. */
+#define APT_KLD101_STATUS_BITS_TIA_RANGE_1 UINT32_C(0x00000010)
+/** Bit 5: photodiode range of 100 µA. */
+#define APT_KLD101_STATUS_BITS_TIA_RANGE_2 UINT32_C(0x00000020)
+/** Bit 6: photodiode range of 0.9 mA. */
+#define APT_KLD101_STATUS_BITS_TIA_RANGE_3 UINT32_C(0x00000040)
+/** Bit 7: photodiode range of 10 mA. */
+#define APT_KLD101_STATUS_BITS_TIA_RANGE_4 UINT32_C(0x00000080)
+/** Bit 8: polarity of the laser diode; 1 is cathode grounded, 0 is anode grounded. */
+#define APT_KLD101_STATUS_BITS_CATHODE_GROUNDED UINT32_C(0x00000100)
+/** Bit 9: the external SMA input is enabled. */
+#define APT_KLD101_STATUS_BITS_EXTERNAL_INPUT_ENABLED UINT32_C(0x00000200)
+/** Bit 10: the current has reached its limit; in the C headers of the vendor, not on page 322. */
+#define APT_KLD101_STATUS_BITS_CURRENT_LIMIT UINT32_C(0x00000400)
+/** Bit 11: the laser diode is an open circuit. */
+#define APT_KLD101_STATUS_BITS_OPEN_CIRCUIT UINT32_C(0x00000800)
+/** Bit 12: all supply voltages are normal. */
+#define APT_KLD101_STATUS_BITS_PSU_OK UINT32_C(0x00001000)
+/** Bit 13: photodiode current above the range. */
+#define APT_KLD101_STATUS_BITS_TIA_OVER_LIMIT UINT32_C(0x00002000)
+/** Bit 14: photodiode current below the range. */
+#define APT_KLD101_STATUS_BITS_TIA_UNDER_LIMIT UINT32_C(0x00004000)
+/** Bit 19: the signal generator is on. */
+#define APT_KLD101_STATUS_BITS_SIGNAL_GENERATOR_ON UINT32_C(0x00080000)
+/** Bit 20: digital input 1 is high. */
+#define APT_KLD101_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 21: digital input 2 is high. */
+#define APT_KLD101_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
+/** Bit 30: the unit reports an error. */
+#define APT_KLD101_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** Bit 31: high stability has been reached. */
+#define APT_KLD101_STATUS_BITS_HIGH_STABILITY UINT32_C(0x80000000)
+/** @} */
+
+/**
+ * @name Bits of kld_digital_outputs (Issue 37, page 309)
+ *
+ * Trigger ports of a KLD101 as digital outputs.
+ * @{
+ */
+/** Bit 0: output TRIG1 is on. */
+#define APT_KLD_DIGITAL_OUTPUTS_TRIG1 0x0001U
+/** Bit 1: output TRIG2 is on. */
+#define APT_KLD_DIGITAL_OUTPUTS_TRIG2 0x0002U
+/** @} */
+
+/**
+ * @name Bits of kls101_status_bits (Issue 37, page 319)
+ *
+ * Status of a KLS101. The reading of the external input, in steps of 2.54 mV, is in 12 bits:
+ * 0x0007FF80 if "8 to 19" counts from 1, as most of the page does, or 0x000FFF00 if it counts from
+ * 0. No source shows which.
+ * @{
+ */
+/** Bit 0: the laser output is enabled. */
+#define APT_KLS101_STATUS_BITS_OUTPUT_ENABLED UINT32_C(0x00000001)
+/** Bit 1: the key switch is on. */
+#define APT_KLS101_STATUS_BITS_KEYSWITCH_ENABLED UINT32_C(0x00000002)
+/** Bit 2: control mode; 1 is power (closed loop), 0 is current (open loop). */
+#define APT_KLS101_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000004)
+/** Bit 3: safety interlock is enabled, the state in which the output can be enabled. */
+#define APT_KLS101_STATUS_BITS_INTERLOCK_ENABLED UINT32_C(0x00000008)
+/** Bit 30: error; the document explains it as a pigtail temperature above 50 degrees Celsius. */
+#define APT_KLS101_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** @} */
+
+/**
+ * @name Bits of kls_status_bits (Issue 37, page 319)
+ *
+ * Status of a KLS635 or KLS1550: the bits of the KLS101 and the trigger ports as digital inputs,
+ * which page 325 reads through the status bits. The reading of the external input, in steps of 2.54
+ * mV, is in 12 bits: 0x0007FF80 if "8 to 19" counts from 1, as most of the page does, or 0x000FFF00
+ * if it counts from 0. No source shows which.
+ * @{
+ */
+/** Bit 0: the laser output is enabled. */
+#define APT_KLS_STATUS_BITS_OUTPUT_ENABLED UINT32_C(0x00000001)
+/** Bit 1: the key switch is on. */
+#define APT_KLS_STATUS_BITS_KEYSWITCH_ENABLED UINT32_C(0x00000002)
+/** Bit 2: control mode; 1 is power (closed loop), 0 is current (open loop). */
+#define APT_KLS_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000004)
+/** Bit 3: safety interlock is enabled, the state in which the output can be enabled. */
+#define APT_KLS_STATUS_BITS_INTERLOCK_ENABLED UINT32_C(0x00000008)
+/** Bit 20: digital input 1 is high. */
+#define APT_KLS_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 21: digital input 2 is high. */
+#define APT_KLS_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
+/** Bit 30: error; the document explains it as a pigtail temperature above 50 degrees Celsius. */
+#define APT_KLS_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** @} */
+
+/**
+ * @name Bits of la_status_bits (Issue 37, page 319)
+ *
+ * Status of a TLS001.
+ * @{
+ */
+/** Bit 0: the laser output is enabled. */
+#define APT_LA_STATUS_BITS_OUTPUT_ENABLED UINT32_C(0x00000001)
+/** Bit 1: the key switch is on. */
+#define APT_LA_STATUS_BITS_KEYSWITCH_ENABLED UINT32_C(0x00000002)
+/** Bit 2: control mode; 1 is power (closed loop), 0 is current (open loop). */
+#define APT_LA_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000004)
+/** Bit 3: safety interlock is enabled, the state in which the output can be enabled. */
+#define APT_LA_STATUS_BITS_INTERLOCK_ENABLED UINT32_C(0x00000008)
+/** Bit 4: the display shows mA. */
+#define APT_LA_STATUS_BITS_DISPLAY_CURRENT UINT32_C(0x00000010)
+/** Bit 5: the display shows mW. */
+#define APT_LA_STATUS_BITS_DISPLAY_POWER UINT32_C(0x00000020)
+/** Bit 6: the display shows dBm. */
+#define APT_LA_STATUS_BITS_DISPLAY_POWER_DBM UINT32_C(0x00000040)
+/** Bit 20: digital input 1 is high. */
+#define APT_LA_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 21: digital input 2 is high. */
+#define APT_LA_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
+/** Bit 30: the unit reports an error. */
+#define APT_LA_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** @} */
+
+/**
  * @name Bits of led_mode (Issue 3, page 53)
  *
  * Events that the LED on the control keypad shows; all by default.
@@ -371,7 +603,7 @@
  * @name Bits of lut_output_mode (Issue 3, page 108)
  *
  * How the waveform table is output. The trigger bits (2 to 7) do not apply to the TPZ001. Continued
- * on page 109.
+ * on page 109. Evidence: vendor program.
  * @{
  */
 /** Bit 0: output repeatedly until PZ_STOP_LUTOUTPUT. */
@@ -449,9 +681,44 @@
 /** @} */
 
 /**
+ * @name Bits of nanotrak_status_bits (Issue 37, page 274)
+ *
+ * Status of a NanoTrak; the table is that of the TNA001. Evidence: vendor program.
+ * @{
+ */
+/** Bit 0: 1 is tracking, 0 is latched. */
+#define APT_NANOTRAK_STATUS_BITS_TRACKING UINT32_C(0x00000001)
+/** Bit 1: the signal is above the threshold. */
+#define APT_NANOTRAK_STATUS_BITS_TRACKING_WITH_SIGNAL UINT32_C(0x00000002)
+/** Bit 2: tracking on channel A only; 0 is both channels. */
+#define APT_NANOTRAK_STATUS_BITS_TRACKING_CHANNEL_A UINT32_C(0x00000004)
+/** Bit 3: tracking on channel B only; 0 is both channels. */
+#define APT_NANOTRAK_STATUS_BITS_TRACKING_CHANNEL_B UINT32_C(0x00000008)
+/** Bit 4: the range of the input amplifier follows the signal; 0 is manual. */
+#define APT_NANOTRAK_STATUS_BITS_AUTO_RANGING UINT32_C(0x00000010)
+/** Bit 5: the signal is below the range. */
+#define APT_NANOTRAK_STATUS_BITS_UNDER_READ UINT32_C(0x00000020)
+/** Bit 6: the signal is above the range. */
+#define APT_NANOTRAK_STATUS_BITS_OVER_READ UINT32_C(0x00000040)
+/** Bit 16: channel A is connected. */
+#define APT_NANOTRAK_STATUS_BITS_CHANNEL_A_CONNECTED UINT32_C(0x00010000)
+/** Bit 17: channel B is connected. */
+#define APT_NANOTRAK_STATUS_BITS_CHANNEL_B_CONNECTED UINT32_C(0x00020000)
+/** Bit 18: channel A is enabled. */
+#define APT_NANOTRAK_STATUS_BITS_CHANNEL_A_ENABLED UINT32_C(0x00040000)
+/** Bit 19: channel B is enabled. */
+#define APT_NANOTRAK_STATUS_BITS_CHANNEL_B_ENABLED UINT32_C(0x00080000)
+/** Bit 20: control mode of channel A; 1 is closed loop. */
+#define APT_NANOTRAK_STATUS_BITS_CHANNEL_A_CLOSED_LOOP UINT32_C(0x00100000)
+/** Bit 21: control mode of channel B; 1 is closed loop. */
+#define APT_NANOTRAK_STATUS_BITS_CHANNEL_B_CLOSED_LOOP UINT32_C(0x00200000)
+/** @} */
+
+/**
  * @name Bits of output_max_volts_flags (Issue 3, page 122)
  *
  * Voltage limit of the stage and controller combination, as PZ_GET_OUTPUTMAXVOLTS reports it.
+ * Evidence: vendor program.
  * @{
  */
 /** Bit 1: limit of 75 V. */
@@ -460,6 +727,78 @@
 #define APT_OUTPUT_MAX_VOLTS_FLAGS_VOLTAGELIMIT_100V 0x0004U
 /** Bit 3: limit of 150 V; 0x08 as in the example on the page. */
 #define APT_OUTPUT_MAX_VOLTS_FLAGS_VOLTAGELIMIT_150V 0x0008U
+/** @} */
+
+/**
+ * @name Bits of pdxc2_status_bits (Programs of the vendor, section PDXC2)
+ *
+ * Status of a PDXC2.
+ * @{
+ */
+/** Bit 0: forward (CW) hardware limit switch is active. */
+#define APT_PDXC2_STATUS_BITS_FORWARD_HARDWARE_LIMIT UINT32_C(0x00000001)
+/** Bit 1: reverse (CCW) hardware limit switch is active. */
+#define APT_PDXC2_STATUS_BITS_REVERSE_HARDWARE_LIMIT UINT32_C(0x00000002)
+/** Bit 4: moving forward (CW). */
+#define APT_PDXC2_STATUS_BITS_MOVING_FORWARD UINT32_C(0x00000010)
+/** Bit 5: moving in reverse (CCW). */
+#define APT_PDXC2_STATUS_BITS_MOVING_REVERSE UINT32_C(0x00000020)
+/** Bit 6: jogging forward (CW). */
+#define APT_PDXC2_STATUS_BITS_JOGGING_FORWARD UINT32_C(0x00000040)
+/** Bit 7: jogging in reverse (CCW). */
+#define APT_PDXC2_STATUS_BITS_JOGGING_REVERSE UINT32_C(0x00000080)
+/** Bit 8: a motor is connected. */
+#define APT_PDXC2_STATUS_BITS_MOTOR_CONNECTED UINT32_C(0x00000100)
+/** Bit 9: homing. */
+#define APT_PDXC2_STATUS_BITS_HOMING UINT32_C(0x00000200)
+/** Bit 10: homing has been completed. */
+#define APT_PDXC2_STATUS_BITS_HOMED UINT32_C(0x00000400)
+/** Bit 11: closed loop. */
+#define APT_PDXC2_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000800)
+/** Bit 20: digital input 1 is high. */
+#define APT_PDXC2_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 24: the current is too high. */
+#define APT_PDXC2_STATUS_BITS_OVER_CURRENT UINT32_C(0x01000000)
+/** Bit 25: the controller is too hot. */
+#define APT_PDXC2_STATUS_BITS_OVER_TEMPERATURE UINT32_C(0x02000000)
+/** Bit 26: the stage moves abnormally. */
+#define APT_PDXC2_STATUS_BITS_ABNORMAL_MOVEMENT UINT32_C(0x04000000)
+/** Bit 27: the stage is not the right one. */
+#define APT_PDXC2_STATUS_BITS_WRONG_STAGE UINT32_C(0x08000000)
+/** Bit 28: the power supply is normal. */
+#define APT_PDXC2_STATUS_BITS_POWER_OK UINT32_C(0x10000000)
+/** Bit 29: the channel is active. */
+#define APT_PDXC2_STATUS_BITS_ACTIVE UINT32_C(0x20000000)
+/** Bit 30: an error has occurred. */
+#define APT_PDXC2_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** Bit 31: the channel is enabled. */
+#define APT_PDXC2_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** @} */
+
+/**
+ * @name Bits of quad_digital_outputs (Issue 37, page 350)
+ *
+ * Digital outputs of a KPA101.
+ * @{
+ */
+/** Bit 0: output of TRIG1. */
+#define APT_QUAD_DIGITAL_OUTPUTS_TRIG_1 0x0001U
+/** Bit 1: output of TRIG2. */
+#define APT_QUAD_DIGITAL_OUTPUTS_TRIG_2 0x0002U
+/** @} */
+
+/**
+ * @name Bits of quad_status_bits (Issue 37, page 338)
+ *
+ * Operating mode of a quad detector unit; page 352 has the same table. Evidence: vendor program.
+ * @{
+ */
+/** Bit 0: monitor mode. */
+#define APT_QUAD_STATUS_BITS_POSITION_MONITORING UINT32_C(0x00000001)
+/** Bit 1: open loop mode. */
+#define APT_QUAD_STATUS_BITS_OPEN_LOOP UINT32_C(0x00000002)
+/** Bit 2: closed loop mode. */
+#define APT_QUAD_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000004)
 /** @} */
 
 /**
@@ -492,6 +831,20 @@
 #define APT_RACK_STATUS_BITS_DIGITAL_INPUT_3 UINT32_C(0x00000004)
 /** Bit 3: digital input 4 is high. */
 #define APT_RACK_STATUS_BITS_DIGITAL_INPUT_4 UINT32_C(0x00000008)
+/** @} */
+
+/**
+ * @name Bits of signal_io_route (Issue 37, page 293)
+ *
+ * Use of the ports IO1 and IO2 of a KNA101 for the signal. Evidence: vendor program.
+ * @{
+ */
+/** Bit 0: the signal comes from IO1; if clear, from the PIN input on the rear panel. */
+#define APT_SIGNAL_IO_ROUTE_IO1_INPUT 0x0001U
+/** Bit 4: IO2 outputs the signal as 0 to 10 V. */
+#define APT_SIGNAL_IO_ROUTE_IO2_OUTPUT 0x0010U
+/** Bit 8: differences of the signal are amplified when it is weak. */
+#define APT_SIGNAL_IO_ROUTE_AC_BOOST 0x0100U
 /** @} */
 
 /**
@@ -589,6 +942,74 @@
 #define APT_TBD001_STATUS_BITS_ERROR UINT32_C(0x40000000)
 /** Bit 31: the channel is enabled. */
 #define APT_TBD001_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** @} */
+
+/**
+ * @name Bits of tec_status_bits (Issue 37, page 361)
+ *
+ * Status of a TTC001; page 368 has the same table. Evidence: vendor program.
+ * @{
+ */
+/** Bit 0: the TEC output is enabled. */
+#define APT_TEC_STATUS_BITS_OUTPUT_ENABLED UINT32_C(0x00000001)
+/** Bit 4: the display shows the actual temperature. */
+#define APT_TEC_STATUS_BITS_DISPLAY_ACTUAL UINT32_C(0x00000010)
+/** Bit 5: the display shows the set point. */
+#define APT_TEC_STATUS_BITS_DISPLAY_SET_POINT UINT32_C(0x00000020)
+/** Bit 6: the display shows the difference. */
+#define APT_TEC_STATUS_BITS_DISPLAY_DIFFERENCE UINT32_C(0x00000040)
+/** Bit 7: the display shows the current. */
+#define APT_TEC_STATUS_BITS_DISPLAY_CURRENT UINT32_C(0x00000080)
+/** Bit 30: the unit reports an error. */
+#define APT_TEC_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** @} */
+
+/**
+ * @name Bits of tld001_status_bits (Issue 37, page 322)
+ *
+ * Status of a TLD001. Evidence: vendor program.
+ * @{
+ */
+/** Bit 0: the laser output is enabled. */
+#define APT_TLD001_STATUS_BITS_OUTPUT_ENABLED UINT32_C(0x00000001)
+/** Bit 1: the key switch is on. */
+#define APT_TLD001_STATUS_BITS_KEYSWITCH_ENABLED UINT32_C(0x00000002)
+/** Bit 2: control mode; 1 is constant power (closed loop), 0 is constant current (open loop). */
+#define APT_TLD001_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000004)
+/** Bit 3: safety interlock is enabled, the state in which the output can be enabled. */
+#define APT_TLD001_STATUS_BITS_INTERLOCK_ENABLED UINT32_C(0x00000008)
+/** Bit 4: photodiode range of 10 µA. */
+#define APT_TLD001_STATUS_BITS_TIA_RANGE_1 UINT32_C(0x00000010)
+/** Bit 5: photodiode range of 100 µA. */
+#define APT_TLD001_STATUS_BITS_TIA_RANGE_2 UINT32_C(0x00000020)
+/** Bit 6: photodiode range of 1 mA. */
+#define APT_TLD001_STATUS_BITS_TIA_RANGE_3 UINT32_C(0x00000040)
+/** Bit 7: photodiode range of 10 mA. */
+#define APT_TLD001_STATUS_BITS_TIA_RANGE_4 UINT32_C(0x00000080)
+/** Bit 8: polarity of the laser diode; 1 is cathode grounded, 0 is anode grounded. */
+#define APT_TLD001_STATUS_BITS_CATHODE_GROUNDED UINT32_C(0x00000100)
+/** Bit 9: the external SMA input is enabled. */
+#define APT_TLD001_STATUS_BITS_EXTERNAL_INPUT_ENABLED UINT32_C(0x00000200)
+/** Bit 10: the current has reached its limit; in the C headers of the vendor, not on page 322. */
+#define APT_TLD001_STATUS_BITS_CURRENT_LIMIT UINT32_C(0x00000400)
+/** Bit 11: the laser diode is an open circuit. */
+#define APT_TLD001_STATUS_BITS_OPEN_CIRCUIT UINT32_C(0x00000800)
+/** Bit 12: all supply voltages are normal. */
+#define APT_TLD001_STATUS_BITS_PSU_OK UINT32_C(0x00001000)
+/** Bit 13: photodiode current above the range. */
+#define APT_TLD001_STATUS_BITS_TIA_OVER_LIMIT UINT32_C(0x00002000)
+/** Bit 14: photodiode current below the range. */
+#define APT_TLD001_STATUS_BITS_TIA_UNDER_LIMIT UINT32_C(0x00004000)
+/** Bit 19: the signal generator is on. */
+#define APT_TLD001_STATUS_BITS_SIGNAL_GENERATOR_ON UINT32_C(0x00080000)
+/** Bit 20: digital input 1 is high. */
+#define APT_TLD001_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 21: digital input 2 is high. */
+#define APT_TLD001_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
+/** Bit 30: the unit reports an error. */
+#define APT_TLD001_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** Bit 31: high stability has been reached. */
+#define APT_TLD001_STATUS_BITS_HIGH_STABILITY UINT32_C(0x80000000)
 /** @} */
 
 /**

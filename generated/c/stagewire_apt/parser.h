@@ -17,7 +17,8 @@
  *    that header are garbage. A header form whose parameters equal the packet length of its id is
  *    also garbage: it is a packet that lost its data flag.
  * 3. In step, a frame with an unknown or undocumented id and valid addresses is skipped by its
- *    length.
+ *    length. So is a frame with an id that several messages share, if none of them has its
+ *    sub-message. Rules 2 and 5 apply to the forms of its sub-message, once the frame is complete.
  *    A packet that ends with an array has the length that its fields state. With another length
  *    it is garbage if it contains a header that would be accepted out of step, otherwise a bad
  *    length.
@@ -84,7 +85,7 @@ typedef enum apt_event_kind {
     APT_EVENT_MESSAGE,
     /** A frame with a known id but without a documented layout. */
     APT_EVENT_UNDOCUMENTED,
-    /** A frame with an id that is not in the table. */
+    /** A frame with an id or a sub-message that is not in the table. */
     APT_EVENT_UNKNOWN,
     /**
      * A frame of a known message whose packet is too short for every layout, or whose array has
@@ -123,6 +124,9 @@ typedef struct apt_event {
 /** Form of an entry: the packet ends with an array, which the length of the entry leaves out. */
 #define APT_ENTRY_ARRAY 0x80U
 
+/** Form of an entry: several messages share the id; apt_entry_for() finds their entries. */
+#define APT_ENTRY_SHARED 0x40U
+
 /** Entry of the table: the properties of a message that the parser needs. */
 typedef struct apt_entry {
     /** Id of the message. */
@@ -146,11 +150,24 @@ extern const apt_entry apt_table[];
 /** Number of entries in the table. */
 extern const size_t apt_table_count;
 
+/**
+ * The sub-messages of the entries that follow those of the table: the messages of shared ids,
+ * sorted by id, sub-message and length. A shorter table needs its own.
+ */
+extern const uint16_t apt_sub_messages[];
+/** Number of these entries. */
+extern const size_t apt_sub_message_count;
+
 /** Return the entry of an id, the one with the longest packet if there are several, or NULL. */
 const apt_entry *apt_entry_of(uint16_t id);
+/**
+ * Return the entry of a complete frame: that of its id, or of its sub-message if its id is shared;
+ * the one with the longest packet if there are several, or NULL.
+ */
+const apt_entry *apt_entry_for(const uint8_t *frame);
 
 #if !defined(APT_NO_TABLE) && !defined(APT_NO_NAMES)
-/** Return the name of the message of an entry; NULL for NULL. */
+/** Return the name of the message of an entry; NULL for NULL, and for a shared id. */
 const char *apt_entry_name(const apt_entry *entry);
 #endif
 

@@ -215,6 +215,22 @@ static inline apt_status apt_from_counts(
     return apt_wide_signed(counts < 0, &sum, numerator);
 }
 
+/** Convert as apt_to_counts() does, for a field of type uint8_t. */
+static inline apt_status apt_to_counts_uint8(
+    const apt_ratio *value, const apt_scale *scale, uint8_t *counts)
+{
+    int64_t wide = 0;
+    apt_status status = apt_to_counts(value, scale, &wide);
+
+    if ((status == APT_OK) && ((wide < 0) || (wide > (int64_t)UINT8_MAX))) {
+        status = APT_OUT_OF_RANGE;
+    }
+    if (status == APT_OK) {
+        *counts = (uint8_t)wide;
+    }
+    return status;
+}
+
 /** Convert as apt_to_counts() does, for a field of type uint16_t. */
 static inline apt_status apt_to_counts_uint16(
     const apt_ratio *value, const apt_scale *scale, uint16_t *counts)
@@ -287,11 +303,40 @@ static inline apt_status apt_to_counts_int32(
  */
 #define APT_SCALE_ANALOG_INPUT APT_BRACED(INT64_C(32768), INT64_C(5))
 
+/*
+ * Angle as a share of the samples in one revolution of the scanning circle, in deg (Issue 37, page
+ * 262): no scale. One count is 360 degrees divided by circ_osc_freq of PZ_NTCIRCPARAMS, which the
+ * user can change.
+ */
+
+/**
+ * Time of one revolution of the scanning circle, in samples at 7 kHz, in ms (Issue 37, page 256):
+ * ms_per_count 1/7.
+ */
+#define APT_SCALE_CIRCLE_SAMPLES APT_BRACED(INT64_C(7), INT64_C(1))
+
+/**
+ * diode_current_limit on TLD001, in mA (Issue 37, page 315): ma_per_count 40/51; printed as “255
+ * which relates to 0 to 200 mA”.
+ */
+#define APT_SCALE_DIODE_CURRENT_LIMIT_TLD001 APT_BRACED(INT64_C(51), INT64_C(40))
+
+/** diode_current_limit on KLD101, in mA (Issue 37, page 315): ma_per_count 46/51. */
+#define APT_SCALE_DIODE_CURRENT_LIMIT_KLD101 APT_BRACED(INT64_C(51), INT64_C(46))
+
+/**
+ * Forward voltage of a laser diode in steps of 1 mV, in V (Issue 37, page 299): v_per_count 1/1000.
+ */
+#define APT_SCALE_DIODE_VOLTAGE APT_BRACED(INT64_C(1000), INT64_C(1))
+
 /**
  * Brightness of the display; 255 is brightest, in percent (Issue 3, page 114): counts_per_percent
  * 51/20; printed as “0 (Off) to 255 (brightest)”.
  */
 #define APT_SCALE_DISPLAY_BRIGHTNESS APT_BRACED(INT64_C(51), INT64_C(20))
+
+/** Drive voltage of an inertial motor in steps of 1 V, in V (Issue 37, page 374): v_per_count 1. */
+#define APT_SCALE_DRIVE_VOLTS APT_BRACED(INT64_C(1), INT64_C(1))
 
 /**
  * Full-scale force of the sensor in steps of 0.001 N, in N (Issue 3, page 128): n_per_count 1/1000;
@@ -341,6 +386,24 @@ static inline apt_status apt_to_counts_int32(
  */
 #define APT_SCALE_LUT_SAMPLES_TPZ001 APT_BRACED(INT64_C(4), INT64_C(1))
 
+/** lut_samples on BPC302, in ms (Issue 3, page 109): ms_per_count 1; printed as “1kHz(1.0 ms)”. */
+#define APT_SCALE_LUT_SAMPLES_BPC302 APT_BRACED(INT64_C(1), INT64_C(1))
+
+/** lut_samples on BPC303, in ms (Issue 3, page 109): ms_per_count 1; printed as “1kHz(1.0 ms)”. */
+#define APT_SCALE_LUT_SAMPLES_BPC303 APT_BRACED(INT64_C(1), INT64_C(1))
+
+/**
+ * Maximum current of a laser source in steps of 0.01 mA, in mA (Issue 37, page 303): ma_per_count
+ * 1/100; printed as “0 to 65535 -> 0 to655.35 mA”.
+ */
+#define APT_SCALE_MAXIMUM_LASER_CURRENT APT_BRACED(INT64_C(100), INT64_C(1))
+
+/**
+ * Maximum power of a laser source in steps of 0.0001 mW, in mW (Issue 37, page 303): mw_per_count
+ * 1/10000; printed as “0 to 65535 -> 0 to 6.5535 mW”.
+ */
+#define APT_SCALE_MAXIMUM_LASER_POWER APT_BRACED(INT64_C(10000), INT64_C(1))
+
 /**
  * Maximum output voltage in steps of 0.1 V, in V (Issue 3, page 121): v_per_count 1/10; printed as
  * “1/10 volt steps”.
@@ -356,11 +419,47 @@ static inline apt_status apt_to_counts_int32(
 /** Time in minutes, in min (Issue 37, page 138): min_per_count 1. */
 #define APT_SCALE_MINUTES APT_BRACED(INT64_C(1), INT64_C(1))
 
+/**
+ * Voltage of a monitor output; 32767 is 10 V, in V (Programs of the vendor, section Piezo
+ * controllers): counts_per_v 32767/10.
+ */
+#define APT_SCALE_MONITOR_VOLTS APT_BRACED(INT64_C(32767), INT64_C(10))
+
 /** Current of the motor in steps of 1 mA, in mA (Issue 37, page 125): ma_per_count 1. */
 #define APT_SCALE_MOTOR_CURRENT APT_BRACED(INT64_C(1), INT64_C(1))
 
+/**
+ * Position or diameter of the scanning circle in NanoTrak units; 10 are the whole range of the
+ * output voltage, in NT (Issue 37, page 252): counts_per_nt 13107/2; printed as “0 to 65535 (0 to
+ * 10)”.
+ */
+#define APT_SCALE_NANOTRAK_UNITS APT_BRACED(INT64_C(13107), INT64_C(2))
+
+/**
+ * Centre frequency of a notch filter in steps of 1 Hz, in Hz (Issue 37, page 210): hz_per_count 1.
+ */
+#define APT_SCALE_NOTCH_FREQUENCY APT_BRACED(INT64_C(1), INT64_C(1))
+
+/**
+ * Angle of the paddle of a polarization controller; 1370 counts are 170 degrees, in deg (Issue 37,
+ * page 408): counts_per_deg 137/17; printed as “0 to 1370 (0 to 170°)”.
+ */
+#define APT_SCALE_PADDLE_ANGLE APT_BRACED(INT64_C(137), INT64_C(17))
+
 /** Share in steps of 1 %, in percent (Issue 37, page 71): percent_per_count 1. */
 #define APT_SCALE_PERCENT APT_BRACED(INT64_C(1), INT64_C(1))
+
+/**
+ * Sum signal of a quad detector; 65535 is 10 V, in V (Issue 37, page 332): counts_per_v 13107/2;
+ * printed as “0V to 10V in the range 0 to 65535”.
+ */
+#define APT_SCALE_QUAD_SUM_VOLTS APT_BRACED(INT64_C(13107), INT64_C(2))
+
+/**
+ * Difference signal or position demand output of a quad detector unit; 32767 is 10 V, as in the
+ * examples, in V (Issue 37, page 332): counts_per_v 32767/10.
+ */
+#define APT_SCALE_QUAD_VOLTS APT_BRACED(INT64_C(32767), INT64_C(10))
 
 /**
  * Time in servo cycles of 102.4 µs, in us (Issue 3, page 66): us_per_count 512/5; printed as
@@ -391,6 +490,33 @@ static inline apt_status apt_to_counts_int32(
  * The full scale is the maximum output of a piezo driver, which a TSG001 does not have.
  */
 
+/** Current of a TEC element in steps of 1 mA, in mA (Issue 37, page 357): ma_per_count 1. */
+#define APT_SCALE_TEC_CURRENT APT_BRACED(INT64_C(1), INT64_C(1))
+
+/**
+ * tec_temperature when tec_sensor is SENSOR_IC_AD59X, in degC (Issue 37, page 356): degc_per_count
+ * 1/100.
+ */
+#define APT_SCALE_TEC_TEMPERATURE_SENSOR_IC_AD59X APT_BRACED(INT64_C(100), INT64_C(1))
+
+/**
+ * tec_temperature when tec_sensor is SENSOR_THERM20KOHM, in kOhm (Issue 37, page 356):
+ * kohm_per_count 1/100.
+ */
+#define APT_SCALE_TEC_TEMPERATURE_SENSOR_THERM20KOHM APT_BRACED(INT64_C(100), INT64_C(1))
+
+/**
+ * tec_temperature when tec_sensor is SENSOR_THERM200KOHM, in kOhm (Issue 37, page 356):
+ * kohm_per_count 1/100.
+ */
+#define APT_SCALE_TEC_TEMPERATURE_SENSOR_THERM200KOHM APT_BRACED(INT64_C(100), INT64_C(1))
+
+/**
+ * Share in steps of 0.1 %, in percent (Issue 37, page 264): percent_per_count 1/10; printed as “0
+ * to 1000 = 0 to 100%”.
+ */
+#define APT_SCALE_TENTHS_OF_A_PERCENT APT_BRACED(INT64_C(10), INT64_C(1))
+
 /**
  * Maximum travel of a piezo actuator in steps of 100 nm, in um (Issue 3, page 118): um_per_count
  * 1/10; printed as “steps of 100nm”.
@@ -411,6 +537,14 @@ static inline apt_status apt_to_counts_int32(
  * trigger_width on BPC203, in ms (Issue 3, page 110): ms_per_count 1; printed as “1ms increments”.
  */
 #define APT_SCALE_TRIGGER_WIDTH_BPC203 APT_BRACED(INT64_C(1), INT64_C(1))
+
+/**
+ * Voltage in steps of 1 V, in V (Programs of the vendor, section Piezo controllers): v_per_count 1.
+ */
+#define APT_SCALE_VOLTS APT_BRACED(INT64_C(1), INT64_C(1))
+
+/** Wavelength in nanometres, in nm (Issue 37, page 303): nm_per_count 1. */
+#define APT_SCALE_WAVELENGTH APT_BRACED(INT64_C(1), INT64_C(1))
 
 /* APT600_Pitch (APT600): pitch axis of an APT600 stage. BSC10x: BSC101, BSC102, BSC103, MST601. */
 
@@ -3962,6 +4096,17 @@ static inline apt_status apt_to_counts_int32(
  * source: Issue 37, page 108, one cycle of 102.4 µs; page 39 does not name the BBD30x.
  */
 #define APT_SCALE_MLS203_Y_BBD30X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
+
+/* MPC_Paddle: Paddle of a motorized polarization controller. MPC: MPC220, MPC320. */
+
+/**
+ * position of MPC_Paddle on MPC, in deg (Issue 37, page 408): counts_per_deg 137/17; printed as “0
+ * to 1370 (0 to 170°)”.
+ */
+#define APT_SCALE_MPC_PADDLE_MPC_POSITION APT_BRACED(INT64_C(137), INT64_C(17))
+
+/** encoder_position of MPC_Paddle on MPC, in deg (Issue 37, page 408): counts_per_deg 137/17. */
+#define APT_SCALE_MPC_PADDLE_MPC_ENCODER_POSITION APT_BRACED(INT64_C(137), INT64_C(17))
 
 /* MT1_Z8 (MT1-Z8): MT1-Z8 translation stage with a Z812 actuator. TDC001: TDC001. */
 
@@ -8093,6 +8238,30 @@ static inline apt_status apt_scale_of_share(
 }
 
 /**
+ * Current of a laser diode as a signed share of the full scale of the driver, in mA (Issue 37, page
+ * 299): 32767 counts equal the setting diode_full_scale, in mA.
+ *
+ * Has the same errors as apt_scale_of_share().
+ */
+static inline apt_status apt_scale_diode_current(
+    const apt_ratio *setting, apt_scale *scale)
+{
+    return apt_scale_of_share(setting, UINT32_C(32767), scale);
+}
+
+/**
+ * Current of a laser source as a share of its maximum; 32767 is 100 %, in mA (Issue 37, page 298):
+ * 32767 counts equal the setting maximum_laser_current, in mA.
+ *
+ * Has the same errors as apt_scale_of_share().
+ */
+static inline apt_status apt_scale_laser_current(
+    const apt_ratio *setting, apt_scale *scale)
+{
+    return apt_scale_of_share(setting, UINT32_C(32767), scale);
+}
+
+/**
  * lut_output when lut_value_type is VOLTAGE, in V (Issue 3, page 106): 32767 counts equal the
  * setting maximum_volts, in V.
  *
@@ -8112,6 +8281,18 @@ static inline apt_status apt_scale_lut_output_voltage(
  * Has the same errors as apt_scale_of_share().
  */
 static inline apt_status apt_scale_output_volts(
+    const apt_ratio *setting, apt_scale *scale)
+{
+    return apt_scale_of_share(setting, UINT32_C(32767), scale);
+}
+
+/**
+ * Current of a photodiode as a share of the range of its amplifier, in mA (Issue 37, page 299):
+ * 32767 counts equal the setting photodiode_range, in mA.
+ *
+ * Has the same errors as apt_scale_of_share().
+ */
+static inline apt_status apt_scale_photo_current(
     const apt_ratio *setting, apt_scale *scale)
 {
     return apt_scale_of_share(setting, UINT32_C(32767), scale);

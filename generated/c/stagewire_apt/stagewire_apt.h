@@ -22,5 +22,11 @@
 #include "messages/solenoid.h"
 #include "messages/piezo.h"
 #include "messages/flipper.h"
+#include "messages/nanotrak.h"
+#include "messages/laser.h"
+#include "messages/quad.h"
+#include "messages/tec.h"
+#include "messages/inertial.h"
+#include "messages/polarization.h"
 
 #endif

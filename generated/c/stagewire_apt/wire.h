@@ -39,7 +39,7 @@ typedef enum apt_status {
     APT_TOO_SHORT,
     /** Bytes follow the frame. */
     APT_TRAILING,
-    /** The frame has another id. */
+    /** The frame has another id, or another sub-message. */
     APT_WRONG_ID,
     /** The frame has another length, or another form of the message. */
     APT_WRONG_LENGTH,
@@ -342,6 +342,44 @@ static inline apt_status apt_check_header(const uint8_t *frame, size_t size, uin
     const apt_status status = apt_check_packet(frame, size, id);
     if (status == APT_OK && frame[4] >= APT_DATA_FLAG) {
         return APT_WRONG_LENGTH;
+    }
+    return status;
+}
+
+/** No sub-message: the packet is too short for one. */
+#define APT_NO_SUB_MESSAGE UINT32_C(0x10000)
+
+/**
+ * Return the sub-message of a complete frame, for an id that several messages share: the first word
+ * of its packet, or the first parameter of its header.
+ */
+static inline uint32_t apt_sub_message_of(const uint8_t *frame)
+{
+    if (frame[4] < APT_DATA_FLAG) {
+        return frame[2];
+    }
+    if (apt_get_16(&frame[2]) < 2U) {
+        return APT_NO_SUB_MESSAGE;
+    }
+    return apt_get_16(&frame[APT_HEADER_SIZE]);
+}
+
+/**
+ * Return the status of a frame with a shared id, after its form was checked.
+ *
+ * @param status      the result of apt_check_packet() or apt_check_header()
+ * @param frame       the bytes
+ * @param sub_message the expected sub-message
+ * @return status, or APT_WRONG_ID for a complete frame with another sub-message
+ */
+static inline apt_status apt_check_sub_message(
+    apt_status status, const uint8_t *frame, uint32_t sub_message)
+{
+    if (status == APT_OK || status == APT_WRONG_LENGTH) {
+        const uint32_t found = apt_sub_message_of(frame);
+        if (found != APT_NO_SUB_MESSAGE && found != sub_message) {
+            return APT_WRONG_ID;
+        }
     }
     return status;
 }

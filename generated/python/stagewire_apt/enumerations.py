@@ -9,6 +9,7 @@ __all__ = [
     "ActuatorType",
     "AmpCurrentLimit",
     "AmpLpFilter",
+    "AmplifierOutputMode",
     "AnalogMonitor",
     "AuxPortMode",
     "AuxPortState",
@@ -16,34 +17,90 @@ __all__ = [
     "BncMode",
     "ButtonMode",
     "Channel",
+    "ChannelBit",
+    "ChannelEnableMode",
+    "CircleDiameterAdjustment",
+    "CircleDiameterMode",
     "CurrentLoopSet",
     "CurrentPhase",
+    "DerivativeFilter",
+    "DiodeDisplayUnits",
+    "DiodeDuringAdjustment",
     "DirectionSense",
     "DisplayMode",
     "EnableState",
+    "FeedbackSignalMode",
     "FlipperIoMode",
     "FlipperSignalMode",
     "HardLimit",
     "HardwareType",
     "HomeDirection",
     "HomeLimitSwitch",
+    "HomeSwitchSide",
     "HubAnalogueInput",
     "HubAnalogueOutput",
     "HubBay",
+    "InertialHardLimit",
+    "InertialTriggerMode",
     "IoOutputSource",
     "IoPort",
     "IoPortMode",
     "JogMode",
+    "KcubeLaserSource",
+    "KnaTiaRange",
+    "KnaTriggerPortMode",
+    "KnaWheelStep",
     "KnobMode",
+    "KpcAnalogInput",
+    "KpcMonitorSignal",
+    "KpcStrainGaugeOption",
+    "KpcTriggerMode",
+    "KpcVoltageRange",
+    "KpcWheelMode",
+    "KpzTriggerMode",
+    "KpzWheelDirection",
+    "KpzWheelGear",
+    "KpzWheelMode",
+    "KsgTriggerMode",
+    "LaserDisplayUnits",
+    "LaserPolarity",
+    "LaserRampup",
+    "LaserSource",
+    "LaserTriggerMode",
     "LoopMode",
     "LutValueType",
+    "LvOutputRange",
+    "LvOutputRoute",
+    "MaxCurrentAdjustment",
     "MmiLock",
     "MotorChannel",
     "MoveDirection",
+    "NanotrakAxes",
+    "NanotrakGainMode",
+    "NanotrakInput",
+    "NanotrakMode",
+    "NanotrakState",
+    "NearTargetCriterion",
+    "NotchFilter",
+    "NotchFilterState",
+    "Pdxc2TriggerMode",
+    "PhaseCompensationMode",
+    "PidIndex",
     "PositionControlMode",
     "PositionLoopSet",
     "PositionTriggerState",
+    "PpcBrightness",
+    "PpcControlSource",
+    "PpcFeedbackSource",
+    "PpcMonitorFilter",
+    "PpcMonitorSignal",
     "ProfileMode",
+    "QuadDisplayMode",
+    "QuadFilterState",
+    "QuadOpenLoopDemand",
+    "QuadOperatingMode",
+    "QuadOutputRoute",
+    "QuadTriggerMode",
     "RackBay",
     "RasterCommand",
     "RasterTriggerMode",
@@ -56,6 +113,15 @@ __all__ = [
     "StopMode",
     "SynchronizedTrigger",
     "SystemVariable",
+    "TecDisplayMode",
+    "TecSensor",
+    "TiaGainAdjustment",
+    "TiaLpFilter",
+    "TiaRange",
+    "TiaRangeCheck",
+    "TiaRangeMode",
+    "TiaRangeSteps",
+    "TldLaserSource",
     "TriggerInputMode",
     "TriggerOutputMode",
     "TriggerPolarity",
@@ -125,6 +191,20 @@ class AmpLpFilter(Enumeration):
     """5 kHz."""
     OUTPUTLPFILTER_NONE = 0x03
     """No filter."""
+
+
+class AmplifierOutputMode(Enumeration):
+    """Values of ``amplifier_output_mode`` (Programs of the vendor, section PDXC2).
+
+    Outputs of a PDXC2 that drive the stage.
+
+    Evidence: vendor program.
+    """
+
+    BOTH_DIRECTIONS = 0x01
+    """One output for both directions."""
+    ONE_OUTPUT_PER_DIRECTION = 0x02
+    """One output for each direction."""
 
 
 class AnalogMonitor(Enumeration):
@@ -215,6 +295,78 @@ class Channel(Enumeration):
     """Channel 2."""
 
 
+class ChannelBit(Enumeration):
+    """Values of ``channel_bit`` (Issue 37, page 372).
+
+    Channel of a controller that names its channels by bits.
+    """
+
+    CHAN1 = 0x01
+    """Channel 1."""
+    CHAN2 = 0x02
+    """Channel 2."""
+    CHAN3 = 0x04
+    """Channel 3."""
+    CHAN4 = 0x08
+    """Channel 4."""
+
+
+class ChannelEnableMode(Enumeration):
+    """Values of ``channel_enable_mode`` (Issue 37, page 394).
+
+    Channels of a KIM101 that are enabled. Only these two pairs can move together.
+    """
+
+    NONE = 0x00
+    """All channels are disabled."""
+    CHANNEL_1 = 0x01
+    """Channel 1; the only channel of a KIM001."""
+    CHANNEL_2 = 0x02
+    """Channel 2."""
+    CHANNEL_3 = 0x03
+    """Channel 3."""
+    CHANNEL_4 = 0x04
+    """Channel 4."""
+    CHANNELS_1_AND_2 = 0x05
+    """Channels 1 and 2."""
+    CHANNELS_3_AND_4 = 0x06
+    """Channels 3 and 4."""
+
+
+class CircleDiameterAdjustment(Enumeration):
+    """Values of ``circle_diameter_adjustment`` (Issue 37, page 257).
+
+    How the signal changes the diameter of the circle.
+
+    Evidence: vendor program.
+    """
+
+    INVERSE_LINEAR = 0x01
+    """In inverse proportion."""
+    INVERSE_LOG = 0x02
+    """By the inverse of the logarithm."""
+    INVERSE_SQUARE = 0x03
+    """By the inverse square."""
+    INVERSE_CUBE = 0x04
+    """By the inverse cube."""
+
+
+class CircleDiameterMode(Enumeration):
+    """Values of ``circle_diameter_mode`` (Issue 37, page 256).
+
+    Source of the diameter of the scanning circle.
+
+    Evidence: vendor program.
+    """
+
+    SOFTWARE = 0x01
+    """The fixed value circ_dia_sw."""
+    ABSOLUTE_POWER = 0x02
+    """The signal, as set by abs_pwr_adjust_type."""
+    LOOKUP_TABLE = 0x03
+    """The range of the input amplifier, by the table of PZ_SET_NTCIRCDIALUT."""
+
+
 class CurrentLoopSet(Enumeration):
     """Values of ``current_loop_set`` (Issue 37, page 116).
 
@@ -241,6 +393,51 @@ class CurrentPhase(Enumeration):
     """Both phases."""
 
 
+class DerivativeFilter(Enumeration):
+    """Values of ``derivative_filter`` (Issue 37, page 208).
+
+    Low-pass filter of the derivative term.
+
+    Evidence: vendor program.
+    """
+
+    ON = 0x01
+    """The filter is used."""
+    OFF = 0x02
+    """The filter is not used."""
+
+
+class DiodeDisplayUnits(Enumeration):
+    """Values of ``diode_display_units`` (Issue 37, page 305).
+
+    Quantity that the display of a laser diode driver shows. The document prints only the values of
+    the TLS001; these are in the C headers of the vendor for the TLD001 and the KLD101.
+
+    Evidence: vendor program.
+    """
+
+    MAX_CURRENT = 0x01
+    """Maximum current of the diode in mA."""
+    CURRENT = 0x02
+    """Current of the diode in mA."""
+    PHOTO_CURRENT = 0x03
+    """Current of the photodiode in mA."""
+    POWER = 0x04
+    """Output power, the photodiode current times the calibration factor."""
+
+
+class DiodeDuringAdjustment(Enumeration):
+    """Values of ``diode_during_adjustment`` (Issue 37, page 314).
+
+    State of the laser diode during the adjustment of the maximum current.
+    """
+
+    OFF = 0x01
+    """The diode is off."""
+    ON = 0x02
+    """The diode is on."""
+
+
 class DirectionSense(Enumeration):
     """Values of ``direction_sense`` (Issue 37, page 113).
 
@@ -257,6 +454,8 @@ class DisplayMode(Enumeration):
     """Values of ``display_mode`` (Issue 3, page 128).
 
     Unit of the TSG001 display; the readings of PZ_GET_TSG_READING follow it.
+
+    Evidence: vendor program.
     """
 
     DISPUNITS_POSITION = 0x01
@@ -277,6 +476,20 @@ class EnableState(Enumeration):
     """Enable the channel."""
     DISABLE = 0x02
     """Disable the channel."""
+
+
+class FeedbackSignalMode(Enumeration):
+    """Values of ``feedback_signal_mode`` (Issue 37, page 398).
+
+    Use of the digital inputs of a channel on the USER IO connector.
+    """
+
+    DISABLED = 0x00
+    """The inputs are not used."""
+    LIMSWITCH = 0x01
+    """Signals of the limit switches."""
+    ENCODER = 0x02
+    """Signal of an encoder; for future use."""
 
 
 class FlipperIoMode(Enumeration):
@@ -382,10 +595,24 @@ class HomeLimitSwitch(Enumeration):
     """Forward hardware limit switch."""
 
 
+class HomeSwitchSide(Enumeration):
+    """Values of ``home_switch_side`` (Issue 37, page 383).
+
+    Limit switch at the home position of an inertial motor.
+    """
+
+    FORWARD = 0x01
+    """Forward limit switch."""
+    REVERSE = 0x02
+    """Reverse limit switch."""
+
+
 class HubAnalogueInput(Enumeration):
     """Values of ``hub_analogue_input`` (Issue 3, page 115).
 
     Path of the feedback signal from a TSG001 to a TPZ001.
+
+    Evidence: vendor program.
     """
 
     HUB_ANALOGUEIN_A = 0x01
@@ -400,6 +627,8 @@ class HubAnalogueOutput(Enumeration):
     """Values of ``hub_analogue_output`` (Issue 3, page 127).
 
     Path by which a TSG001 sends its feedback signal to a TPZ001.
+
+    Evidence: vendor program.
     """
 
     HUB_ANALOGUEOUT_1 = 0x01
@@ -430,6 +659,60 @@ class HubBay(Enumeration):
     """Bay 5."""
     BAY_6 = 0x06
     """Bay 6."""
+
+
+class InertialHardLimit(Enumeration):
+    """Values of ``inertial_hard_limit`` (Issue 37, page 381).
+
+    Behaviour of a limit switch of an actuator.
+    """
+
+    IGNORE = 0x01
+    """Switch ignored or not present."""
+    MAKES = 0x02
+    """Switch makes on contact."""
+    BREAKS = 0x03
+    """Switch breaks on contact."""
+    MAKES_HOME_ONLY = 0x04
+    """Switch makes on contact; used only for homing."""
+    BREAKS_HOME_ONLY = 0x05
+    """Switch breaks on contact; used only for homing."""
+
+
+class InertialTriggerMode(Enumeration):
+    """Values of ``inertial_trigger_mode`` (Issue 37, page 387).
+
+    Function of a trigger port of a KIM101: values up to 0x04 are inputs, 0x0A and above outputs.
+    """
+
+    DISABLED = 0x00
+    """The port is not used."""
+    GPI = 0x01
+    """General purpose input."""
+    RELMOVE = 0x02
+    """An edge starts a relative move by the stored distance."""
+    ABSMOVE = 0x03
+    """An edge starts an absolute move to the stored position."""
+    RESETCOUNT = 0x04
+    """An edge sets the position counter to 0."""
+    GPO = 0x0A
+    """General purpose output; set with MOD_SET_DIGOUTPUTS."""
+    INMOTION = 0x0B
+    """Active while the motor moves."""
+    MAXVELOCITY = 0x0C
+    """Active while the motor moves at its maximum velocity."""
+    POSSTEPS_FWD = 0x0D
+    """Pulses at positions on the way forward; on one port at a time."""
+    POSSTEPS_REV = 0x0E
+    """Pulses at positions on the way back; on one port at a time."""
+    POSSTEPS_BOTH = 0x0F
+    """Pulses at positions in both directions; on one port at a time."""
+    FWDLIMIT = 0x10
+    """Active while the forward limit switch is active."""
+    REVLIMIT = 0x11
+    """Active while the reverse limit switch is active."""
+    EITHERLIMIT = 0x12
+    """Active while one of the two limit switches is active."""
 
 
 class IoOutputSource(Enumeration):
@@ -488,6 +771,96 @@ class JogMode(Enumeration):
     """One step of the jog step size."""
 
 
+class KcubeLaserSource(Enumeration):
+    """Values of ``kcube_laser_source`` (Issue 37, page 300).
+
+    Source of the set point of a K-Cube.
+    """
+
+    SOFTWARE = 0x00
+    """Messages of the host."""
+    EXTERNAL = 0x01
+    """Signal at the SMA connector."""
+    WHEEL_AND_SOFTWARE = 0x04
+    """Wheel on the top panel and messages of the host."""
+    RESERVED = 0x08
+    """The document reserves it."""
+
+
+class KnaTiaRange(Enumeration):
+    """Values of ``kna_tia_range`` (Issue 37, page 289).
+
+    Range of the input amplifier of a KNA101, by the current at its full scale.
+
+    Evidence: vendor program.
+    """
+
+    RANGE_5NA = 0x03
+    """Range 1, 5 nA."""
+    RANGE_16P6NA = 0x04
+    """Range 2, 16.6 nA."""
+    RANGE_50NA = 0x05
+    """Range 3, 50 nA."""
+    RANGE_166NA = 0x06
+    """Range 4, 166 nA."""
+    RANGE_500NA = 0x07
+    """Range 5, 500 nA."""
+    RANGE_1P66UA = 0x08
+    """Range 6; 1.65 µA in the document, 1.66 µA in the C header of the vendor."""
+    RANGE_5UA = 0x09
+    """Range 7, 5.0 µA."""
+    RANGE_16P6UA = 0x0A
+    """Range 8; 16 µA in the document, 16.6 µA in the C header of the vendor."""
+    RANGE_50UA = 0x0B
+    """Range 9, 50 µA."""
+    RANGE_166UA = 0x0C
+    """Range 10, 166 µA."""
+    RANGE_500UA = 0x0D
+    """Range 11, 500 µA."""
+    RANGE_1P66MA = 0x0E
+    """Range 12, 1.66 mA."""
+    RANGE_5MA = 0x0F
+    """Range 13, 5 mA."""
+
+
+class KnaTriggerPortMode(Enumeration):
+    """Values of ``kna_trigger_port_mode`` (Issue 37, page 285).
+
+    Function of a port of a KNA101: values up to 0x03 are inputs, 0x0A and above outputs.
+
+    Evidence: vendor program.
+    """
+
+    DISABLED = 0x00
+    """The port is not used."""
+    INPUT_LOGIC = 0x01
+    """General purpose input; its state is in the status bits."""
+    INPUT_TRACK = 0x02
+    """An edge starts tracking."""
+    INPUT_HOME = 0x03
+    """An edge moves the circle to its home position."""
+    OUTPUT_LOGIC = 0x0A
+    """General purpose output; set with MOD_SET_DIGOUTPUTS."""
+    OUTPUT_TRACKING = 0x0B
+    """Active while the unit tracks."""
+
+
+class KnaWheelStep(Enumeration):
+    """Values of ``kna_wheel_step`` (Issue 37, page 283).
+
+    Step of the wheel on the top panel of a KNA101.
+
+    Evidence: vendor program.
+    """
+
+    LOW = 0x00
+    """Small steps."""
+    MID = 0x01
+    """Medium steps."""
+    HIGH = 0x02
+    """Large steps."""
+
+
 class KnobMode(Enumeration):
     """Values of ``knob_mode`` (Issue 37, page 169).
 
@@ -501,6 +874,294 @@ class KnobMode(Enumeration):
     """Moves at a velocity."""
     JOG = 0x02
     """Moves in steps."""
+
+
+class KpcAnalogInput(Enumeration):
+    """Values of ``kpc_analog_input`` (Programs of the vendor, section Piezo controllers).
+
+    Source of the analogue input.
+
+    Evidence: vendor program.
+    """
+
+    DISABLED = 0x00
+    """None."""
+    HUB_INPUT_A = 0x01
+    """Through all bays of the hub."""
+    HUB_INPUT_B = 0x02
+    """Between neighbouring bays of the hub."""
+    EXTERNAL = 0x03
+    """Through the connector."""
+
+
+class KpcMonitorSignal(Enumeration):
+    """Values of ``kpc_monitor_signal`` (Programs of the vendor, section Piezo controllers).
+
+    Signal at the monitor output.
+
+    Evidence: vendor program.
+    """
+
+    SOFTWARE = 0x00
+    """The voltage set by software."""
+    HIGH_VOLTAGE = 0x01
+    """The drive voltage."""
+    POSITION = 0x02
+    """The position."""
+
+
+class KpcStrainGaugeOption(Enumeration):
+    """Values of ``kpc_strain_gauge_option`` (Programs of the vendor, section Piezo controllers).
+
+    Use of the strain gauge.
+    """
+
+    POSITION = 0x00
+    """Position."""
+    FORCE = 0x01
+    """Force."""
+
+
+class KpcTriggerMode(Enumeration):
+    """Values of ``kpc_trigger_mode`` (Programs of the vendor, section Piezo controllers).
+
+    Function of a trigger port: values up to 0x03 are inputs, 0x0A and above outputs.
+
+    Evidence: vendor program.
+    """
+
+    DISABLED = 0x00
+    """The port is not used."""
+    INPUT_LOGIC = 0x01
+    """General purpose input."""
+    INPUT_STEP_UP = 0x02
+    """An edge increases the voltage or the position by one step."""
+    INPUT_STEP_DOWN = 0x03
+    """An edge decreases the voltage or the position by one step."""
+    OUTPUT_LOGIC = 0x0A
+    """General purpose output."""
+    OUTPUT_BELOW_LOWER_LIMIT = 0x0B
+    """Active while the strain gauge is below the lower limit."""
+    OUTPUT_ABOVE_LOWER_LIMIT = 0x0C
+    """Active while the strain gauge is above the lower limit."""
+    OUTPUT_BELOW_UPPER_LIMIT = 0x0D
+    """Active while the strain gauge is below the upper limit."""
+    OUTPUT_ABOVE_UPPER_LIMIT = 0x0E
+    """Active while the strain gauge is above the upper limit."""
+    OUTPUT_BETWEEN_LIMITS = 0x0F
+    """Active while the strain gauge is between the limits."""
+    OUTPUT_OUTSIDE_LIMITS = 0x10
+    """Active while the strain gauge is outside of the limits; only the vendor's C header has it."""
+
+
+class KpcVoltageRange(Enumeration):
+    """Values of ``kpc_voltage_range`` (Programs of the vendor, section Piezo controllers).
+
+    Full scale of the output voltage.
+
+    Evidence: vendor program.
+    """
+
+    RANGE_75V = 0x4B
+    """75 V."""
+    RANGE_150V = 0x96
+    """150 V."""
+
+
+class KpcWheelMode(Enumeration):
+    """Values of ``kpc_wheel_mode`` (Programs of the vendor, section Piezo controllers).
+
+    Function of the wheel on the top panel.
+
+    Evidence: vendor program.
+    """
+
+    ADJUST = 0x01
+    """Changes the voltage, or the position in closed loop."""
+    JOG = 0x02
+    """Changes it by one step."""
+    GO_TO_PRESET = 0x03
+    """Goes to one of the two presets."""
+
+
+class KpzTriggerMode(Enumeration):
+    """Values of ``kpz_trigger_mode`` (Issue 37, page 237).
+
+    Function of a trigger port of a KPZ101: values up to 0x03 are inputs, 0x0A is an output.
+
+    Evidence: vendor program.
+    """
+
+    DISABLED = 0x00
+    """The port is not used."""
+    INPUT_LOGIC = 0x01
+    """General purpose input; its state is in the status bits."""
+    INPUT_VOLTAGE_STEP_UP = 0x02
+    """An edge increases the voltage by js_volt_step of KPZ_SET_KCUBEMMIPARAMS."""
+    INPUT_VOLTAGE_STEP_DOWN = 0x03
+    """An edge decreases the voltage by js_volt_step of KPZ_SET_KCUBEMMIPARAMS."""
+    OUTPUT_LOGIC = 0x0A
+    """General purpose output; set with MOD_SET_DIGOUTPUTS."""
+
+
+class KpzWheelDirection(Enumeration):
+    """Values of ``kpz_wheel_direction`` (Issue 37, page 236).
+
+    Direction of a change that is made with the wheel.
+    """
+
+    DISABLED = 0x00
+    """The wheel changes nothing."""
+    POSITIVE = 0x01
+    """Turning it upwards increases the voltage."""
+    NEGATIVE = 0x02
+    """Turning it upwards decreases the voltage."""
+
+
+class KpzWheelGear(Enumeration):
+    """Values of ``kpz_wheel_gear`` (Issue 37, page 235).
+
+    Rate at which the wheel changes the voltage in VOLTAGE mode.
+
+    Evidence: vendor program.
+    """
+
+    HIGH = 0x01
+    """10 steps for each click."""
+    MEDIUM = 0x02
+    """5 steps for each click."""
+    LOW = 0x03
+    """1 step for each click."""
+
+
+class KpzWheelMode(Enumeration):
+    """Values of ``kpz_wheel_mode`` (Issue 37, page 235).
+
+    Function of the wheel on the top panel.
+
+    Evidence: vendor program.
+    """
+
+    VOLTAGE = 0x01
+    """Changes the voltage at a rate that depends on the deflection."""
+    JOG = 0x02
+    """Changes the voltage by one step for each click."""
+    GO_TO_VOLTAGE = 0x03
+    """Goes to one of the two preset voltages."""
+
+
+class KsgTriggerMode(Enumeration):
+    """Values of ``ksg_trigger_mode`` (Issue 37, page 245).
+
+    Function of a trigger port of a KSG101: 0x01 is an input, 0x0A and above are outputs.
+
+    Evidence: vendor program.
+    """
+
+    DISABLED = 0x00
+    """The port is not used."""
+    INPUT_LOGIC = 0x01
+    """General purpose input; its state is in the status bits."""
+    OUTPUT_LOGIC = 0x0A
+    """General purpose output; set with MOD_SET_DIGOUTPUTS."""
+    OUTPUT_BELOW_LOWER_LIMIT = 0x0B
+    """Active while the signal is below the lower limit."""
+    OUTPUT_ABOVE_LOWER_LIMIT = 0x0C
+    """Active while the signal is above the lower limit."""
+    OUTPUT_BELOW_UPPER_LIMIT = 0x0D
+    """Active while the signal is below the upper limit."""
+    OUTPUT_ABOVE_UPPER_LIMIT = 0x0E
+    """Active while the signal is above the upper limit."""
+    OUTPUT_BETWEEN_LIMITS = 0x0F
+    """Active while the signal is between the two limits."""
+    OUTPUT_OUTSIDE_LIMITS = 0x10
+    """Active while the signal is outside of the two limits."""
+
+
+class LaserDisplayUnits(Enumeration):
+    """Values of ``laser_display_units`` (Issue 37, page 305).
+
+    Quantity that the display of a TLS001 shows.
+
+    Evidence: vendor program.
+    """
+
+    CURRENT = 0x01
+    """Laser current in mA."""
+    POWER = 0x02
+    """Laser power in mW."""
+    POWER_DBM = 0x03
+    """Laser power in dBm relative to 1 mW."""
+
+
+class LaserPolarity(Enumeration):
+    """Values of ``laser_polarity`` (Issue 37, page 306).
+
+    Grounded terminal of the laser diode.
+
+    Evidence: vendor program.
+    """
+
+    CATHODE_GROUNDED = 0x01
+    """The cathode is grounded."""
+    ANODE_GROUNDED = 0x02
+    """The anode is grounded."""
+
+
+class LaserRampup(Enumeration):
+    """Values of ``laser_rampup`` (Issue 37, page 306).
+
+    Rise of the current when the output is enabled.
+
+    Evidence: vendor program.
+    """
+
+    IMMEDIATE = 0x00
+    """At once; the example on page 307 has this value."""
+    RAMPED = 0x01
+    """In steps of 10 % of the selected maximum current."""
+
+
+class LaserSource(Enumeration):
+    """Values of ``laser_source`` (Issue 37, page 300).
+
+    Source of the set point of a TLS001. Only one source is active at a time.
+
+    Evidence: vendor program.
+    """
+
+    SOFTWARE = 0x00
+    """Messages of the host."""
+    EXTERNAL = 0x01
+    """Signal at the SMA connector."""
+    POTENTIOMETER = 0x04
+    """Potentiometer on the top panel."""
+
+
+class LaserTriggerMode(Enumeration):
+    """Values of ``laser_trigger_mode`` (Issue 37, page 325).
+
+    Function of a trigger port of a K-Cube laser source: 0x01 is an input, 0x0A and above are
+    outputs.
+
+    The list may be incomplete: The vendor's C header also has 0x0E (high stability) and 0x0F (low
+    stability).
+
+    Evidence: vendor program.
+    """
+
+    DISABLED = 0x00
+    """The port is not used."""
+    INPUT_LOGIC = 0x01
+    """General purpose input; its state is in the status bits."""
+    OUTPUT_LOGIC = 0x0A
+    """General purpose output."""
+    OUTPUT_LASER_ON = 0x0B
+    """Active while the laser output is on."""
+    OUTPUT_INTERLOCK_ENABLED = 0x0C
+    """Active while the interlock is enabled."""
+    OUTPUT_SET_POINT_CHANGED = 0x0D
+    """Pulse when the set point changes."""
 
 
 class LoopMode(Enumeration):
@@ -525,6 +1186,46 @@ class LutValueType(Enumeration):
     """Voltages, for open loop."""
     POSITION = 0x02
     """Positions, for closed loop."""
+
+
+class LvOutputRange(Enumeration):
+    """Values of ``lv_output_range`` (Issue 37, page 292).
+
+    Range of the low-voltage outputs.
+
+    Evidence: vendor program.
+    """
+
+    RANGE_5V = 0x01
+    """0 to 5 V; not on the KNA101."""
+    RANGE_10V = 0x02
+    """0 to 10 V."""
+
+
+class LvOutputRoute(Enumeration):
+    """Values of ``lv_output_route`` (Issue 37, page 292).
+
+    Connectors of the low-voltage outputs.
+
+    Evidence: vendor program.
+    """
+
+    SMA = 0x01
+    """SMA connectors."""
+    SMA_AND_HUB = 0x02
+    """SMA connectors and the hub; not on the KNA101."""
+
+
+class MaxCurrentAdjustment(Enumeration):
+    """Values of ``max_current_adjustment`` (Issue 37, page 314).
+
+    Whether the maximum current can be adjusted.
+    """
+
+    DISABLED = 0x01
+    """The maximum current is fixed."""
+    ENABLED = 0x02
+    """LD_SET_MAXCURRENTDIGPOT changes the maximum current."""
 
 
 class MmiLock(Enumeration):
@@ -564,6 +1265,190 @@ class MoveDirection(Enumeration):
     """Forward, clockwise (CW) according to page 77."""
     REVERSE = 0x02
     """Reverse, counterclockwise (CCW) according to page 77."""
+
+
+class NanotrakAxes(Enumeration):
+    """Values of ``nanotrak_axes`` (Issue 37, page 250).
+
+    Axes on which a NanoTrak tracks.
+
+    Evidence: vendor program.
+    """
+
+    BOTH = 0x01
+    """Both axes."""
+    HORIZONTAL = 0x02
+    """Horizontal axis (X)."""
+    VERTICAL = 0x03
+    """Vertical axis (Y)."""
+
+
+class NanotrakGainMode(Enumeration):
+    """Values of ``nanotrak_gain_mode`` (Issue 37, page 267).
+
+    Source of the loop gain. It cannot be changed.
+
+    Evidence: vendor program.
+    """
+
+    SOFTWARE = 0x02
+    """Set by software."""
+
+
+class NanotrakInput(Enumeration):
+    """Values of ``nanotrak_input`` (Issue 37, page 272).
+
+    Input of the signal.
+
+    Evidence: vendor program.
+    """
+
+    TIA = 0x01
+    """Current of a photodiode through the input amplifier."""
+    EXT_1V = 0x02
+    """External voltage, 1 V range; not on the KNA101."""
+    EXT_2V = 0x03
+    """External voltage, 2 V range; not on the KNA101."""
+    EXT_5V = 0x04
+    """External voltage, 5 V range."""
+    EXT_10V = 0x05
+    """External voltage, 10 V range; not on the KNA101."""
+
+
+class NanotrakMode(Enumeration):
+    """Values of ``nanotrak_mode`` (Issue 37, page 249).
+
+    Mode to which a NanoTrak is set.
+
+    Evidence: vendor program.
+    """
+
+    PIEZO = 0x01
+    """Piezo amplifier; takes effect after a restart."""
+    LATCH = 0x02
+    """No scan; the piezo outputs are held where they are."""
+    TRACK = 0x03
+    """Follows the highest signal on both axes."""
+    TRACK_HORIZONTAL = 0x04
+    """Follows the highest signal on the horizontal axis."""
+    TRACK_VERTICAL = 0x05
+    """Follows the highest signal on the vertical axis."""
+
+
+class NanotrakState(Enumeration):
+    """Values of ``nanotrak_state`` (Issue 37, page 250).
+
+    State that a NanoTrak reports. The numbers differ from those of the mode to which it is set.
+
+    The list may be incomplete: The enumeration of the vendor's XA software also has 0, undefined.
+
+    Evidence: vendor program.
+    """
+
+    PIEZO = 0x01
+    """Piezo amplifier; tracking is off."""
+    LATCH = 0x02
+    """No scan; the piezo outputs are held where they are."""
+    TRACKING_NO_SIGNAL = 0x03
+    """Tracking; the signal is below the threshold of PZ_SET_NTTRACKTHRESHOLD."""
+    TRACKING_SIGNAL = 0x04
+    """Tracking; the signal is above the threshold."""
+
+
+class NearTargetCriterion(Enumeration):
+    """Values of ``near_target_criterion`` (Issue 37, page 411).
+
+    Sensor that decides whether a CT1P is near its target. The page prints 40 and 41; in the
+    settings of the vendor's program, the first one is 64, which is 0x40.
+
+    Evidence: vendor program.
+    """
+
+    STRAIN_GAUGE = 0x40
+    """Near the target by the strain gauge."""
+    ENCODER = 0x41
+    """Near the target by the encoder."""
+
+
+class NotchFilter(Enumeration):
+    """Values of ``notch_filter`` (Issue 37, page 210).
+
+    Notch filters that a message addresses.
+
+    Evidence: vendor program.
+    """
+
+    FILTER_1 = 0x01
+    """Filter 1."""
+    FILTER_2 = 0x02
+    """Filter 2."""
+    BOTH = 0x03
+    """Both filters."""
+
+
+class NotchFilterState(Enumeration):
+    """Values of ``notch_filter_state`` (Issue 37, page 211).
+
+    Whether a notch filter is used.
+
+    The list may be incomplete: The example on page 211 has 0 for the filter that it does not
+    address.
+    """
+
+    ON = 0x01
+    """The filter is used."""
+    OFF = 0x02
+    """The filter is not used."""
+
+
+class Pdxc2TriggerMode(Enumeration):
+    """Values of ``pdxc2_trigger_mode`` (Programs of the vendor, section PDXC2).
+
+    Reaction of a PDXC2 to its trigger input.
+
+    Evidence: vendor program.
+    """
+
+    MANUAL = 0x00
+    """The input is not used."""
+    ANALOG_RISING = 0x01
+    """The analog input is the target; rising edge."""
+    ANALOG_FALLING = 0x02
+    """The analog input is the target; falling edge."""
+    FIXED_STEP_RISING = 0x03
+    """A rising edge starts a fixed step."""
+    FIXED_STEP_FALLING = 0x04
+    """A falling edge starts a fixed step."""
+    TWO_POSITION_RISING = 0x05
+    """Two fixed positions; rising edge."""
+    TWO_POSITION_FALLING = 0x06
+    """Two fixed positions; falling edge."""
+
+
+class PhaseCompensationMode(Enumeration):
+    """Values of ``phase_compensation_mode`` (Issue 37, page 262).
+
+    Source of the phase compensation. It cannot be changed.
+
+    Evidence: vendor program.
+    """
+
+    SOFTWARE = 0x02
+    """Set by software."""
+
+
+class PidIndex(Enumeration):
+    """Values of ``pid_index`` (Issue 37, page 411).
+
+    Group of PID constants.
+
+    Evidence: vendor program.
+    """
+
+    NORMAL = 0x00
+    """For moves, with a fast response."""
+    NEAR_TARGET = 0x01
+    """Near the target, for low noise and stability."""
 
 
 class PositionControlMode(Enumeration):
@@ -609,6 +1494,88 @@ class PositionTriggerState(Enumeration):
     """No pulses are output."""
 
 
+class PpcBrightness(Enumeration):
+    """Values of ``ppc_brightness`` (Issue 37, page 213).
+
+    Brightness of the LEDs on the front panel.
+
+    Evidence: vendor program.
+    """
+
+    BRIGHT = 0x01
+    """Bright."""
+    DIM = 0x02
+    """Dim."""
+    OFF = 0x03
+    """Off."""
+
+
+class PpcControlSource(Enumeration):
+    """Values of ``ppc_control_source`` (Issue 37, page 212).
+
+    Signals that are added to drive the high-voltage amplifier.
+
+    Evidence: vendor program.
+    """
+
+    SOFTWARE = 0x00
+    """The voltage set by software."""
+    EXT_BNC = 0x01
+    """Software and the EXT IN connector on the rear panel."""
+    JOYSTICK = 0x02
+    """Software and an external joystick."""
+    EXT_BNC_AND_JOYSTICK = 0x03
+    """Software, EXT IN and joystick."""
+
+
+class PpcFeedbackSource(Enumeration):
+    """Values of ``ppc_feedback_source`` (Issue 37, page 213).
+
+    Position sensor that a closed loop follows.
+
+    The list may be incomplete: A C header of the vendor also has 3 for an optical sensor on the
+    PPC102.
+
+    Evidence: vendor program.
+    """
+
+    STRAIN_GAUGE = 0x01
+    """Strain gauge."""
+    CAPACITIVE = 0x02
+    """Capacitive sensor."""
+
+
+class PpcMonitorFilter(Enumeration):
+    """Values of ``ppc_monitor_filter`` (Issue 37, page 213).
+
+    Filter of the signal at the EXT OUT connector.
+
+    Evidence: vendor program.
+    """
+
+    NO_FILTER = 0x01
+    """No filter."""
+    LOW_PASS_200_HZ = 0x02
+    """Low-pass filter of 200 Hz."""
+
+
+class PpcMonitorSignal(Enumeration):
+    """Values of ``ppc_monitor_signal`` (Issue 37, page 213).
+
+    Signal at the EXT OUT connector on the rear panel.
+
+    Evidence: vendor program.
+    """
+
+    DRIVE_VOLTAGE = 0x01
+    """Drive voltage, scaled so that 150 V is 10 V."""
+    RAW_POSITION = 0x02
+    """Output of the position demodulator, slightly nonlinear and with an offset, without digital
+    processing."""
+    LINEARIZED_POSITION = 0x03
+    """Linearized position; the full range is 0 to 10 V."""
+
+
 class ProfileMode(Enumeration):
     """Values of ``profile_mode`` (Issue 3, page 69).
 
@@ -619,6 +1586,102 @@ class ProfileMode(Enumeration):
     """Symmetrical acceleration and deceleration, start velocity zero."""
     S_CURVE = 0x02
     """Trapezoidal with the rate of change of acceleration limited by the jerk."""
+
+
+class QuadDisplayMode(Enumeration):
+    """Values of ``quad_display_mode`` (Issue 37, page 339).
+
+    Signals that the display represents.
+    """
+
+    DIFFERENCE = 0x01
+    """Difference signals of the detector."""
+    POSITION = 0x02
+    """Position demand outputs."""
+
+
+class QuadFilterState(Enumeration):
+    """Values of ``quad_filter_state`` (Issue 37, page 344).
+
+    State of a filter in the control loops.
+
+    Evidence: vendor program.
+    """
+
+    ENABLED = 0x01
+    """The filter is on."""
+    DISABLED = 0x02
+    """The filter is off."""
+
+
+class QuadOpenLoopDemand(Enumeration):
+    """Values of ``quad_open_loop_demand`` (Issue 37, page 334).
+
+    Outputs in open loop.
+
+    Evidence: vendor program.
+    """
+
+    ZERO = 0x01
+    """0 V."""
+    HELD = 0x02
+    """The values at the change to open loop."""
+
+
+class QuadOperatingMode(Enumeration):
+    """Values of ``quad_operating_mode`` (Issue 37, page 336).
+
+    Use of the outputs LV OUT/XDIFF and LV OUT/YDIFF.
+
+    Evidence: vendor program.
+    """
+
+    MONITOR = 0x01
+    """The outputs carry the difference signals of the detector."""
+    OPEN_LOOP = 0x02
+    """The outputs are fixed, as open_loop_pos_demands of QUAD_POSDEMANDPARAMS says."""
+    CLOSED_LOOP = 0x03
+    """The feedback loops drive the outputs."""
+    AUTO_OPEN_CLOSED_LOOP = 0x04
+    """KPA101 only: closed loop while SUM is above a minimum, else open loop; it cannot be saved."""
+
+
+class QuadOutputRoute(Enumeration):
+    """Values of ``quad_output_route`` (Issue 37, page 334).
+
+    Path of the position demand signals in closed loop.
+
+    Evidence: vendor program.
+    """
+
+    SMA_ONLY = 0x01
+    """SMA connectors on the rear panel."""
+    SMA_AND_HUB = 0x02
+    """SMA connectors and the hub TCH002."""
+
+
+class QuadTriggerMode(Enumeration):
+    """Values of ``quad_trigger_mode`` (Issue 37, page 346).
+
+    Function of a trigger port of a KPA101: values up to 0x02 are inputs, 0x0A and above outputs.
+
+    Evidence: vendor program.
+    """
+
+    DISABLED = 0x00
+    """The port is not used, and is an input."""
+    INPUT_LOGIC = 0x01
+    """General purpose input; the polarity does not matter."""
+    INPUT_TOGGLE_LOOP = 0x02
+    """An active edge switches from open loop to closed loop, or back."""
+    OUTPUT_LOGIC = 0x0A
+    """General purpose output; set with QUAD_SET_KPADIGOUTPUTS."""
+    OUTPUT_SUM = 0x0B
+    """Active while SUM is within its limits."""
+    OUTPUT_DIFFERENCE = 0x0C
+    """Active while both difference signals are below the threshold."""
+    OUTPUT_SUM_AND_DIFFERENCE = 0x0D
+    """Active while both of these are so."""
 
 
 class RackBay(Enumeration):
@@ -809,6 +1872,183 @@ class SystemVariable(Enumeration):
     """Current of phase C, with a fixed scale."""
     IMOT = 0x06
     """Motor current, with a fixed scale."""
+
+
+class TecDisplayMode(Enumeration):
+    """Values of ``tec_display_mode`` (Issue 37, page 364).
+
+    Quantity that the display shows.
+
+    Evidence: vendor program.
+    """
+
+    DISPMODE_TACT = 0x00
+    """Actual temperature."""
+    DISPMODE_TSET = 0x01
+    """Set point of the temperature."""
+    DISPMODE_DELTA = 0x02
+    """Difference between the actual temperature and the set point."""
+    DISPMODE_ITEC = 0x03
+    """Current of the TEC element, in amperes."""
+
+
+class TecSensor(Enumeration):
+    """Values of ``tec_sensor`` (Issue 37, page 359).
+
+    Temperature sensor of the TEC element. It determines the unit of all temperatures.
+
+    Evidence: vendor program.
+    """
+
+    SENSOR_IC_AD59X = 0x00
+    """Transducer of the series AD59x; temperatures are in degrees Celsius."""
+    SENSOR_THERM20KOHM = 0x01
+    """20 kOhm thermistor; temperatures are resistances in kOhm."""
+    SENSOR_THERM200KOHM = 0x02
+    """200 kOhm thermistor; temperatures are resistances in kOhm."""
+
+
+class TiaGainAdjustment(Enumeration):
+    """Values of ``tia_gain_adjustment`` (Issue 37, page 317).
+
+    Whether the gain of the photodiode amplifier is adjusted.
+    """
+
+    DISABLED = 0x01
+    """The gain is fixed."""
+    ENABLED = 0x02
+    """The unit optimizes the gain."""
+
+
+class TiaLpFilter(Enumeration):
+    """Values of ``tia_lp_filter`` (Issue 37, page 268).
+
+    Low-pass filter of the readings that are sent to the host.
+
+    Evidence: vendor program.
+    """
+
+    LP_NONE = 0x00
+    """No filter."""
+    LP_1HZ = 0x01
+    """1 Hz."""
+    LP_3HZ = 0x02
+    """3 Hz."""
+    LP_10HZ = 0x03
+    """10 Hz."""
+    LP_30HZ = 0x04
+    """30 Hz."""
+    LP_100HZ = 0x05
+    """100 Hz."""
+
+
+class TiaRange(Enumeration):
+    """Values of ``tia_range`` (Issue 37, page 255).
+
+    Range of the input amplifier, by the current at its full scale. The table has the values of the
+    KNA101 in another column.
+
+    Evidence: vendor program.
+    """
+
+    RANGE_3NA = 0x03
+    """Range 1, 3 nA; not on the TNA001."""
+    RANGE_10NA = 0x04
+    """Range 2, 10 nA; not on the TNA001."""
+    RANGE_30NA = 0x05
+    """Range 3, 30 nA."""
+    RANGE_100NA = 0x06
+    """Range 4, 100 nA."""
+    RANGE_300NA = 0x07
+    """Range 5, 300 nA."""
+    RANGE_1UA = 0x08
+    """Range 6, 1 µA."""
+    RANGE_3UA = 0x09
+    """Range 7, 3 µA."""
+    RANGE_10UA = 0x0A
+    """Range 8, 10 µA."""
+    RANGE_30UA = 0x0B
+    """Range 9, 30 µA."""
+    RANGE_100UA = 0x0C
+    """Range 10, 100 µA."""
+    RANGE_300UA = 0x0D
+    """Range 11, 300 µA."""
+    RANGE_1MA = 0x0E
+    """Range 12, 1 mA."""
+    RANGE_3MA = 0x0F
+    """Range 13, 3 mA."""
+    RANGE_10MA = 0x10
+    """Range 14, 10 mA."""
+
+
+class TiaRangeCheck(Enumeration):
+    """Values of ``tia_range_check`` (Issue 37, page 255).
+
+    Whether the signal is within the range of the input amplifier.
+
+    Evidence: vendor program.
+    """
+
+    IN_RANGE = 0x01
+    """Within the range."""
+    UNDER_READ = 0x02
+    """Below the range."""
+    OVER_READ = 0x03
+    """Above the range."""
+
+
+class TiaRangeMode(Enumeration):
+    """Values of ``tia_range_mode`` (Issue 37, page 264).
+
+    Whether the range of the input amplifier follows the signal.
+
+    Evidence: vendor program.
+    """
+
+    AUTO = 0x01
+    """Follows the signal, from the present range."""
+    MANUAL = 0x02
+    """Stays at the present range."""
+    MANUAL_SET = 0x03
+    """Changes to range_sw and stays there."""
+    AUTO_SET = 0x04
+    """Changes to range_sw, and then follows the signal."""
+
+
+class TiaRangeSteps(Enumeration):
+    """Values of ``tia_range_steps`` (Issue 37, page 265).
+
+    Ranges that the amplifier uses when its range follows the signal.
+
+    The list may be incomplete: The vendor's XA software has 4 for the even ranges; the document and
+    the C headers of the vendor have 3.
+
+    Evidence: vendor program.
+    """
+
+    ALL = 0x01
+    """All ranges."""
+    ODD = 0x02
+    """Odd ranges only."""
+    EVEN = 0x03
+    """Even ranges only."""
+
+
+class TldLaserSource(Enumeration):
+    """Values of ``tld_laser_source`` (Issue 37, page 300).
+
+    Source of the set point of a TLD001. Software and SMA connector have other numbers than on all
+    other units.
+
+    Evidence: vendor program.
+    """
+
+    SOFTWARE = 0x01
+    """Messages of the host."""
+    EXTERNAL = 0x02
+    """Signal at the SMA connector."""
+    POTENTIOMETER = 0x04
+    """Potentiometer on the top panel."""
 
 
 class TriggerInputMode(Enumeration):

@@ -9,22 +9,37 @@ __all__ = [
     "AuxOutputPortMask",
     "AuxOutputPorts",
     "Bbd30xStatusBits",
+    "BntStatusBits",
     "BpcStatusBits",
     "BrushlessTriggerMode",
     "ControlIoOutputs",
     "DcStatusBits",
+    "HvOutputRange",
+    "InertialStatusBits",
     "InputVoltsSource",
     "Kbd101StatusBits",
     "Kdc101StatusBits",
+    "Kld101StatusBits",
+    "KldDigitalOutputs",
+    "Kls101StatusBits",
+    "KlsStatusBits",
+    "LaStatusBits",
     "LedMode",
     "LutOutputMode",
     "M30xStatusBits",
+    "NanotrakStatusBits",
     "OutputMaxVoltsFlags",
+    "Pdxc2StatusBits",
+    "QuadDigitalOutputs",
+    "QuadStatusBits",
     "RackDigitalOutputs",
     "RackStatusBits",
+    "SignalIoRoute",
     "StepperStatusBits",
     "SynchronizedChannels",
     "Tbd001StatusBits",
+    "TecStatusBits",
+    "Tld001StatusBits",
     "TpzStatusBits",
     "TriggerMode",
 ]
@@ -109,6 +124,56 @@ class Bbd30xStatusBits(Flags):
     active = Bit(0x20000000, "normally, a motion command is being executed")
     error = Bit(0x40000000, "one of the other errors, or another abnormal condition")
     channel_enabled = Bit(0x80000000, "the channel is enabled")
+
+
+class BntStatusBits(Flags):
+    """Bits of ``bnt_status_bits`` (Issue 37, page 275).
+
+    Status of a NanoTrak of the BNT series. Two bits have two meanings.
+
+    The list may be incomplete: The other bits are for future use (page 275); the C header of the
+    vendor also has bit 28, power OK, and bit 30, error.
+
+    Evidence: vendor program.
+    """
+
+    __slots__ = ()
+    tracking = Bit(0x00000001, "1 is tracking, 0 is latched")
+    tracking_with_signal = Bit(0x00000002, "the signal is above the threshold")
+    tracking_channel_a = Bit(0x00000004, "tracking on channel A only; 0 is both channels")
+    tracking_channel_b = Bit(0x00000008, "tracking on channel B only; 0 is both channels")
+    auto_ranging = Bit(
+        0x00000010,
+        "the range of the input amplifier follows the signal; 0 is manual",
+    )
+    under_read = Bit(0x00000020, "the signal is below the range")
+    over_read = Bit(0x00000040, "the signal is above the range")
+    channel_a_connected = Bit(0x00010000, "channel A is connected")
+    channel_b_connected = Bit(
+        0x00020000,
+        "channel B is connected; the page has the value without a description",
+    )
+    channel_a_enabled = Bit(0x00040000, "channel A is enabled")
+    channel_b_enabled = Bit(0x00080000, "channel B is enabled")
+    channel_a_closed_loop = Bit(
+        0x00100000,
+        "control mode of channel A, 1 is closed loop; or digital input 1 is high",
+    )
+    channel_b_closed_loop = Bit(
+        0x00200000,
+        "control mode of channel B, 1 is closed loop; or digital input 2 is high",
+    )
+    digital_input_3 = Bit(0x00400000, "digital input 3 is high, if the unit has it")
+    digital_input_4 = Bit(0x00800000, "digital input 4 is high, if the unit has it")
+    digital_input_5 = Bit(0x01000000, "digital input 5 is high, if the unit has it")
+    digital_input_6 = Bit(0x02000000, "digital input 6 is high, if the unit has it")
+    digital_input_7 = Bit(0x04000000, "digital input 7 is high, if the unit has it")
+    digital_input_8 = Bit(0x08000000, "digital input 8 is high, if the unit has it")
+    active = Bit(0x20000000, "the unit is active")
+    channel_enabled = Bit(
+        0x80000000,
+        "the channel is enabled; for future use in the C header of the vendor",
+    )
 
 
 class BpcStatusBits(Flags):
@@ -241,6 +306,42 @@ class DcStatusBits(Flags):
     error = Bit(0x40000000, "one of the other errors, or another abnormal condition")
 
 
+class HvOutputRange(Flags):
+    """Bits of ``hv_output_range`` (Issue 37, page 292).
+
+    Voltage range of the high-voltage outputs of a KNA101; 75 V if the bit is clear.
+
+    Evidence: vendor program.
+    """
+
+    __slots__ = ()
+    channel_1_150v = Bit(0x0001, "channel 1 has 150 V")
+    channel_2_150v = Bit(0x0010, "channel 2 has 150 V")
+
+
+class InertialStatusBits(Flags):
+    """Bits of ``inertial_status_bits`` (Issue 37, page 405).
+
+    Status of a channel of an inertial motor controller.
+    """
+
+    __slots__ = ()
+    forward_hardware_limit = Bit(0x00000001, "forward (CW) hardware limit switch is active")
+    reverse_hardware_limit = Bit(0x00000002, "reverse (CCW) hardware limit switch is active")
+    moving_forward = Bit(0x00000010, "moving forward (CW)")
+    moving_reverse = Bit(0x00000020, "moving in reverse (CCW)")
+    jogging_forward = Bit(0x00000040, "jogging forward (CW)")
+    jogging_reverse = Bit(0x00000080, "jogging in reverse (CCW)")
+    motor_connected = Bit(0x00000100, "a motor is connected")
+    homing = Bit(0x00000200, "homing")
+    homed = Bit(0x00000400, "homing has been completed")
+    digital_input_1 = Bit(0x00100000, "digital input 1 is high")
+    power_ok = Bit(0x10000000, "the power supply is normal")
+    active = Bit(0x20000000, "the channel is active")
+    error = Bit(0x40000000, "an error has occurred")
+    channel_enabled = Bit(0x80000000, "the channel is enabled")
+
+
 class InputVoltsSource(Flags):
     """Bits of ``input_volts_source`` (Issue 3, page 98).
 
@@ -310,6 +411,146 @@ class Kdc101StatusBits(Flags):
     channel_enabled = Bit(0x80000000, "the channel is enabled")
 
 
+class Kld101StatusBits(Flags):
+    """Bits of ``kld101_status_bits`` (Issue 37, page 322).
+
+    Status of a KLD101.
+
+    The list may be incomplete: The tables on page 322 leave bits out, without a reason.
+    """
+
+    __slots__ = ()
+    output_enabled = Bit(0x00000001, "the laser output is enabled")
+    keyswitch_enabled = Bit(0x00000002, "the key switch is on")
+    closed_loop = Bit(
+        0x00000004,
+        "control mode; 1 is constant power (closed loop), 0 is constant current (open loop)",
+    )
+    interlock_enabled = Bit(
+        0x00000008,
+        "safety interlock is enabled, the state in which the output can be enabled",
+    )
+    tia_range_1 = Bit(0x00000010, "photodiode range of 9 µA")
+    tia_range_2 = Bit(0x00000020, "photodiode range of 100 µA")
+    tia_range_3 = Bit(0x00000040, "photodiode range of 0.9 mA")
+    tia_range_4 = Bit(0x00000080, "photodiode range of 10 mA")
+    cathode_grounded = Bit(
+        0x00000100,
+        "polarity of the laser diode; 1 is cathode grounded, 0 is anode grounded",
+    )
+    external_input_enabled = Bit(0x00000200, "the external SMA input is enabled")
+    current_limit = Bit(
+        0x00000400,
+        "the current has reached its limit; in the C headers of the vendor, not on page 322",
+    )
+    open_circuit = Bit(0x00000800, "the laser diode is an open circuit")
+    psu_ok = Bit(0x00001000, "all supply voltages are normal")
+    tia_over_limit = Bit(0x00002000, "photodiode current above the range")
+    tia_under_limit = Bit(0x00004000, "photodiode current below the range")
+    signal_generator_on = Bit(0x00080000, "the signal generator is on")
+    digital_input_1 = Bit(0x00100000, "digital input 1 is high")
+    digital_input_2 = Bit(0x00200000, "digital input 2 is high")
+    error = Bit(0x40000000, "the unit reports an error")
+    high_stability = Bit(0x80000000, "high stability has been reached")
+
+
+class KldDigitalOutputs(Flags):
+    """Bits of ``kld_digital_outputs`` (Issue 37, page 309).
+
+    Trigger ports of a KLD101 as digital outputs.
+    """
+
+    __slots__ = ()
+    trig1 = Bit(0x0001, "output TRIG1 is on")
+    trig2 = Bit(0x0002, "output TRIG2 is on")
+
+
+class Kls101StatusBits(Flags):
+    """Bits of ``kls101_status_bits`` (Issue 37, page 319).
+
+    Status of a KLS101. The reading of the external input, in steps of 2.54 mV, is in 12 bits:
+    0x0007FF80 if "8 to 19" counts from 1, as most of the page does, or 0x000FFF00 if it counts from
+    0. No source shows which.
+
+    The list may be incomplete: Bits 8 to 19 hold a number, the document gives 0x00200000 and
+    0x40000000 the same bit number, and the other bits are for future use (page 319).
+    """
+
+    __slots__ = ()
+    output_enabled = Bit(0x00000001, "the laser output is enabled")
+    keyswitch_enabled = Bit(0x00000002, "the key switch is on")
+    closed_loop = Bit(
+        0x00000004,
+        "control mode; 1 is power (closed loop), 0 is current (open loop)",
+    )
+    interlock_enabled = Bit(
+        0x00000008,
+        "safety interlock is enabled, the state in which the output can be enabled",
+    )
+    error = Bit(
+        0x40000000,
+        "error; the document explains it as a pigtail temperature above 50 degrees Celsius",
+    )
+
+
+class KlsStatusBits(Flags):
+    """Bits of ``kls_status_bits`` (Issue 37, page 319).
+
+    Status of a KLS635 or KLS1550: the bits of the KLS101 and the trigger ports as digital inputs,
+    which page 325 reads through the status bits. The reading of the external input, in steps of
+    2.54 mV, is in 12 bits: 0x0007FF80 if "8 to 19" counts from 1, as most of the page does, or
+    0x000FFF00 if it counts from 0. No source shows which.
+
+    The list may be incomplete: Bits 8 to 19 hold a number, the document gives 0x00200000 and
+    0x40000000 the same bit number, and the other bits are for future use (page 319).
+    """
+
+    __slots__ = ()
+    output_enabled = Bit(0x00000001, "the laser output is enabled")
+    keyswitch_enabled = Bit(0x00000002, "the key switch is on")
+    closed_loop = Bit(
+        0x00000004,
+        "control mode; 1 is power (closed loop), 0 is current (open loop)",
+    )
+    interlock_enabled = Bit(
+        0x00000008,
+        "safety interlock is enabled, the state in which the output can be enabled",
+    )
+    digital_input_1 = Bit(0x00100000, "digital input 1 is high")
+    digital_input_2 = Bit(0x00200000, "digital input 2 is high")
+    error = Bit(
+        0x40000000,
+        "error; the document explains it as a pigtail temperature above 50 degrees Celsius",
+    )
+
+
+class LaStatusBits(Flags):
+    """Bits of ``la_status_bits`` (Issue 37, page 319).
+
+    Status of a TLS001.
+
+    The list may be incomplete: The other bits are for future use (page 319).
+    """
+
+    __slots__ = ()
+    output_enabled = Bit(0x00000001, "the laser output is enabled")
+    keyswitch_enabled = Bit(0x00000002, "the key switch is on")
+    closed_loop = Bit(
+        0x00000004,
+        "control mode; 1 is power (closed loop), 0 is current (open loop)",
+    )
+    interlock_enabled = Bit(
+        0x00000008,
+        "safety interlock is enabled, the state in which the output can be enabled",
+    )
+    display_current = Bit(0x00000010, "the display shows mA")
+    display_power = Bit(0x00000020, "the display shows mW")
+    display_power_dbm = Bit(0x00000040, "the display shows dBm")
+    digital_input_1 = Bit(0x00100000, "digital input 1 is high")
+    digital_input_2 = Bit(0x00200000, "digital input 2 is high")
+    error = Bit(0x40000000, "the unit reports an error")
+
+
 class LedMode(Flags):
     """Bits of ``led_mode`` (Issue 3, page 53).
 
@@ -327,6 +568,8 @@ class LutOutputMode(Flags):
 
     How the waveform table is output. The trigger bits (2 to 7) do not apply to the TPZ001.
     Continued on page 109.
+
+    Evidence: vendor program.
     """
 
     __slots__ = ()
@@ -396,18 +639,107 @@ class M30xStatusBits(Flags):
     channel_enabled = Bit(0x80000000, "the channel is enabled")
 
 
+class NanotrakStatusBits(Flags):
+    """Bits of ``nanotrak_status_bits`` (Issue 37, page 274).
+
+    Status of a NanoTrak; the table is that of the TNA001.
+
+    The list may be incomplete: The other bits are for future use (page 274).
+
+    Evidence: vendor program.
+    """
+
+    __slots__ = ()
+    tracking = Bit(0x00000001, "1 is tracking, 0 is latched")
+    tracking_with_signal = Bit(0x00000002, "the signal is above the threshold")
+    tracking_channel_a = Bit(0x00000004, "tracking on channel A only; 0 is both channels")
+    tracking_channel_b = Bit(0x00000008, "tracking on channel B only; 0 is both channels")
+    auto_ranging = Bit(
+        0x00000010,
+        "the range of the input amplifier follows the signal; 0 is manual",
+    )
+    under_read = Bit(0x00000020, "the signal is below the range")
+    over_read = Bit(0x00000040, "the signal is above the range")
+    channel_a_connected = Bit(0x00010000, "channel A is connected")
+    channel_b_connected = Bit(0x00020000, "channel B is connected")
+    channel_a_enabled = Bit(0x00040000, "channel A is enabled")
+    channel_b_enabled = Bit(0x00080000, "channel B is enabled")
+    channel_a_closed_loop = Bit(0x00100000, "control mode of channel A; 1 is closed loop")
+    channel_b_closed_loop = Bit(0x00200000, "control mode of channel B; 1 is closed loop")
+
+
 class OutputMaxVoltsFlags(Flags):
     """Bits of ``output_max_volts_flags`` (Issue 3, page 122).
 
     Voltage limit of the stage and controller combination, as PZ_GET_OUTPUTMAXVOLTS reports it.
 
     The list may be incomplete: Bit 0 is for future use (page 122).
+
+    Evidence: vendor program.
     """
 
     __slots__ = ()
     voltagelimit_75v = Bit(0x0002, "limit of 75 V")
     voltagelimit_100v = Bit(0x0004, "limit of 100 V")
     voltagelimit_150v = Bit(0x0008, "limit of 150 V; 0x08 as in the example on the page")
+
+
+class Pdxc2StatusBits(Flags):
+    """Bits of ``pdxc2_status_bits`` (Programs of the vendor, section PDXC2).
+
+    Status of a PDXC2.
+
+    The list may be incomplete: The vendor's programs name further states, without their bits.
+    """
+
+    __slots__ = ()
+    forward_hardware_limit = Bit(0x00000001, "forward (CW) hardware limit switch is active")
+    reverse_hardware_limit = Bit(0x00000002, "reverse (CCW) hardware limit switch is active")
+    moving_forward = Bit(0x00000010, "moving forward (CW)")
+    moving_reverse = Bit(0x00000020, "moving in reverse (CCW)")
+    jogging_forward = Bit(0x00000040, "jogging forward (CW)")
+    jogging_reverse = Bit(0x00000080, "jogging in reverse (CCW)")
+    motor_connected = Bit(0x00000100, "a motor is connected")
+    homing = Bit(0x00000200, "homing")
+    homed = Bit(0x00000400, "homing has been completed")
+    closed_loop = Bit(0x00000800, "closed loop")
+    digital_input_1 = Bit(0x00100000, "digital input 1 is high")
+    over_current = Bit(0x01000000, "the current is too high")
+    over_temperature = Bit(0x02000000, "the controller is too hot")
+    abnormal_movement = Bit(0x04000000, "the stage moves abnormally")
+    wrong_stage = Bit(0x08000000, "the stage is not the right one")
+    power_ok = Bit(0x10000000, "the power supply is normal")
+    active = Bit(0x20000000, "the channel is active")
+    error = Bit(0x40000000, "an error has occurred")
+    channel_enabled = Bit(0x80000000, "the channel is enabled")
+
+
+class QuadDigitalOutputs(Flags):
+    """Bits of ``quad_digital_outputs`` (Issue 37, page 350).
+
+    Digital outputs of a KPA101.
+    """
+
+    __slots__ = ()
+    trig_1 = Bit(0x0001, "output of TRIG1")
+    trig_2 = Bit(0x0002, "output of TRIG2")
+
+
+class QuadStatusBits(Flags):
+    """Bits of ``quad_status_bits`` (Issue 37, page 338).
+
+    Operating mode of a quad detector unit; page 352 has the same table.
+
+    The list may be incomplete: The other bits are for future use (page 338), and a KPA101 also
+    reports the state of its trigger ports (page 346).
+
+    Evidence: vendor program.
+    """
+
+    __slots__ = ()
+    position_monitoring = Bit(0x00000001, "monitor mode")
+    open_loop = Bit(0x00000002, "open loop mode")
+    closed_loop = Bit(0x00000004, "closed loop mode")
 
 
 class RackDigitalOutputs(Flags):
@@ -436,6 +768,23 @@ class RackStatusBits(Flags):
     digital_input_2 = Bit(0x00000002, "digital input 2 is high")
     digital_input_3 = Bit(0x00000004, "digital input 3 is high")
     digital_input_4 = Bit(0x00000008, "digital input 4 is high")
+
+
+class SignalIoRoute(Flags):
+    """Bits of ``signal_io_route`` (Issue 37, page 293).
+
+    Use of the ports IO1 and IO2 of a KNA101 for the signal.
+
+    Evidence: vendor program.
+    """
+
+    __slots__ = ()
+    io1_input = Bit(
+        0x0001,
+        "the signal comes from IO1; if clear, from the PIN input on the rear panel",
+    )
+    io2_output = Bit(0x0010, "IO2 outputs the signal as 0 to 10 V")
+    ac_boost = Bit(0x0100, "differences of the signal are amplified when it is weak")
 
 
 class StepperStatusBits(Flags):
@@ -520,6 +869,70 @@ class Tbd001StatusBits(Flags):
     )
     error = Bit(0x40000000, "one of the other errors, or another abnormal condition")
     channel_enabled = Bit(0x80000000, "the channel is enabled")
+
+
+class TecStatusBits(Flags):
+    """Bits of ``tec_status_bits`` (Issue 37, page 361).
+
+    Status of a TTC001; page 368 has the same table.
+
+    The list may be incomplete: The other bits are for future use (page 361).
+
+    Evidence: vendor program.
+    """
+
+    __slots__ = ()
+    output_enabled = Bit(0x00000001, "the TEC output is enabled")
+    display_actual = Bit(0x00000010, "the display shows the actual temperature")
+    display_set_point = Bit(0x00000020, "the display shows the set point")
+    display_difference = Bit(0x00000040, "the display shows the difference")
+    display_current = Bit(0x00000080, "the display shows the current")
+    error = Bit(0x40000000, "the unit reports an error")
+
+
+class Tld001StatusBits(Flags):
+    """Bits of ``tld001_status_bits`` (Issue 37, page 322).
+
+    Status of a TLD001.
+
+    The list may be incomplete: The tables on page 322 leave bits out, without a reason.
+
+    Evidence: vendor program.
+    """
+
+    __slots__ = ()
+    output_enabled = Bit(0x00000001, "the laser output is enabled")
+    keyswitch_enabled = Bit(0x00000002, "the key switch is on")
+    closed_loop = Bit(
+        0x00000004,
+        "control mode; 1 is constant power (closed loop), 0 is constant current (open loop)",
+    )
+    interlock_enabled = Bit(
+        0x00000008,
+        "safety interlock is enabled, the state in which the output can be enabled",
+    )
+    tia_range_1 = Bit(0x00000010, "photodiode range of 10 µA")
+    tia_range_2 = Bit(0x00000020, "photodiode range of 100 µA")
+    tia_range_3 = Bit(0x00000040, "photodiode range of 1 mA")
+    tia_range_4 = Bit(0x00000080, "photodiode range of 10 mA")
+    cathode_grounded = Bit(
+        0x00000100,
+        "polarity of the laser diode; 1 is cathode grounded, 0 is anode grounded",
+    )
+    external_input_enabled = Bit(0x00000200, "the external SMA input is enabled")
+    current_limit = Bit(
+        0x00000400,
+        "the current has reached its limit; in the C headers of the vendor, not on page 322",
+    )
+    open_circuit = Bit(0x00000800, "the laser diode is an open circuit")
+    psu_ok = Bit(0x00001000, "all supply voltages are normal")
+    tia_over_limit = Bit(0x00002000, "photodiode current above the range")
+    tia_under_limit = Bit(0x00004000, "photodiode current below the range")
+    signal_generator_on = Bit(0x00080000, "the signal generator is on")
+    digital_input_1 = Bit(0x00100000, "digital input 1 is high")
+    digital_input_2 = Bit(0x00200000, "digital input 2 is high")
+    error = Bit(0x40000000, "the unit reports an error")
+    high_stability = Bit(0x80000000, "high stability has been reached")
 
 
 class TpzStatusBits(Flags):

@@ -7,28 +7,58 @@ from stagewire.support import Scale
 
 __all__ = [
     "ANALOG_INPUT",
+    "CIRCLE_SAMPLES",
+    "DIODE_VOLTAGE",
     "DISPLAY_BRIGHTNESS",
+    "DRIVE_VOLTS",
     "FORCE_CALIBRATION",
+    "MAXIMUM_LASER_CURRENT",
+    "MAXIMUM_LASER_POWER",
     "MAXIMUM_VOLTS",
     "MICROSECONDS",
     "MILLISECONDS",
     "MINUTES",
+    "MONITOR_VOLTS",
     "MOTOR_CURRENT",
+    "NANOTRAK_UNITS",
+    "NOTCH_FREQUENCY",
+    "PADDLE_ANGLE",
     "PERCENT",
+    "QUAD_SUM_VOLTS",
+    "QUAD_VOLTS",
     "SERVO_CYCLES",
     "SHARE_32767",
     "SHARE_65535",
+    "TEC_CURRENT",
+    "TENTHS_OF_A_PERCENT",
     "TRAVEL",
+    "VOLTS",
+    "WAVELENGTH",
 ]
 
 ANALOG_INPUT = Scale.counts_per("V", 32768, 5)
 """Voltage at the analog input of the CONTROL IO connector; 32768 is 5 V (Issue 37, page 70)."""
 
+CIRCLE_SAMPLES = Scale.unit_per("ms", 1, 7)
+"""Time of one revolution of the scanning circle, in samples at 7 kHz (Issue 37, page 256)."""
+
+DIODE_VOLTAGE = Scale.unit_per("V", 1, 1000)
+"""Forward voltage of a laser diode in steps of 1 mV (Issue 37, page 299)."""
+
 DISPLAY_BRIGHTNESS = Scale.counts_per("percent", 51, 20, printed="0 (Off) to 255 (brightest)")
 """Brightness of the display; 255 is brightest (Issue 3, page 114)."""
 
+DRIVE_VOLTS = Scale.unit_per("V", 1, 1)
+"""Drive voltage of an inertial motor in steps of 1 V (Issue 37, page 374)."""
+
 FORCE_CALIBRATION = Scale.unit_per("N", 1, 1000, printed="steps of 0.001 N")
 """Full-scale force of the sensor in steps of 0.001 N (Issue 3, page 128)."""
+
+MAXIMUM_LASER_CURRENT = Scale.unit_per("mA", 1, 100, printed="0 to 65535 -> 0 to655.35 mA")
+"""Maximum current of a laser source in steps of 0.01 mA (Issue 37, page 303)."""
+
+MAXIMUM_LASER_POWER = Scale.unit_per("mW", 1, 10000, printed="0 to 65535 -> 0 to 6.5535 mW")
+"""Maximum power of a laser source in steps of 0.0001 mW (Issue 37, page 303)."""
 
 MAXIMUM_VOLTS = Scale.unit_per("V", 1, 10, printed="1/10 volt steps")
 """Maximum output voltage in steps of 0.1 V (Issue 3, page 121)."""
@@ -42,11 +72,31 @@ MILLISECONDS = Scale.unit_per("ms", 1, 1)
 MINUTES = Scale.unit_per("min", 1, 1)
 """Time in minutes (Issue 37, page 138)."""
 
+MONITOR_VOLTS = Scale.counts_per("V", 32767, 10)
+"""Voltage of a monitor output; 32767 is 10 V (Programs of the vendor, section Piezo controllers)."""
+
 MOTOR_CURRENT = Scale.unit_per("mA", 1, 1)
 """Current of the motor in steps of 1 mA (Issue 37, page 125)."""
 
+NANOTRAK_UNITS = Scale.counts_per("NT", 13107, 2, printed="0 to 65535 (0 to 10)")
+"""Position or diameter of the scanning circle in NanoTrak units; 10 are the whole range of the output
+voltage (Issue 37, page 252)."""
+
+NOTCH_FREQUENCY = Scale.unit_per("Hz", 1, 1)
+"""Centre frequency of a notch filter in steps of 1 Hz (Issue 37, page 210)."""
+
+PADDLE_ANGLE = Scale.counts_per("deg", 137, 17, printed="0 to 1370 (0 to 170°)")
+"""Angle of the paddle of a polarization controller; 1370 counts are 170 degrees (Issue 37, page 408)."""
+
 PERCENT = Scale.unit_per("percent", 1, 1)
 """Share in steps of 1 % (Issue 37, page 71)."""
+
+QUAD_SUM_VOLTS = Scale.counts_per("V", 13107, 2, printed="0V to 10V in the range 0 to 65535")
+"""Sum signal of a quad detector; 65535 is 10 V (Issue 37, page 332)."""
+
+QUAD_VOLTS = Scale.counts_per("V", 32767, 10)
+"""Difference signal or position demand output of a quad detector unit; 32767 is 10 V, as in the
+examples (Issue 37, page 332)."""
 
 SERVO_CYCLES = Scale.unit_per("us", 512, 5, printed="102.4")
 """Time in servo cycles of 102.4 µs (Issue 3, page 66)."""
@@ -57,5 +107,17 @@ SHARE_32767 = Scale.counts_per("percent", 32767, 100, printed="0 to 32767 (0 to 
 SHARE_65535 = Scale.counts_per("percent", 13107, 20, printed="0 is 0% and 65535 is 100%")
 """Share of a full scale of 65535 (Issue 3, page 62)."""
 
+TEC_CURRENT = Scale.unit_per("mA", 1, 1)
+"""Current of a TEC element in steps of 1 mA (Issue 37, page 357)."""
+
+TENTHS_OF_A_PERCENT = Scale.unit_per("percent", 1, 10, printed="0 to 1000 = 0 to 100%")
+"""Share in steps of 0.1 % (Issue 37, page 264)."""
+
 TRAVEL = Scale.unit_per("um", 1, 10, printed="steps of 100nm")
 """Maximum travel of a piezo actuator in steps of 100 nm (Issue 3, page 118)."""
+
+VOLTS = Scale.unit_per("V", 1, 1)
+"""Voltage in steps of 1 V (Programs of the vendor, section Piezo controllers)."""
+
+WAVELENGTH = Scale.unit_per("nm", 1, 1)
+"""Wavelength in nanometres (Issue 37, page 303)."""

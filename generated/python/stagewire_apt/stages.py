@@ -131,6 +131,7 @@ __all__ = [
     "APT600_Pitch",
     "APT600_Roll",
     "APT600_Yaw",
+    "MPC_Paddle",
     "NanoMax_300",
     "NanoMax_600_Pitch",
     "NanoMax_600_Roll",
@@ -5154,6 +5155,32 @@ MLS203_Y = Stage(
         "max_acceleration": Limit.of("2000", "mm/s^2", source="Issue 3, page 76"),
     },
     ids={"MOT_GET_PMDSTAGEAXISPARAMS.stage_id": 0x11},
+)
+
+# Issue 37, page 408
+MPC_Paddle = Stage(
+    "MPC_Paddle",
+    "Paddle of a motorized polarization controller",
+    page=408,
+    scales={
+        "MPC": {
+            "position": Scale.counts_per(
+                "deg",
+                137,
+                17,
+                printed="0 to 1370 (0 to 170°)",
+                source="Issue 37, page 408",
+            ),
+            "encoder_position": Scale.counts_per("deg", 137, 17, source="Issue 37, page 408"),
+        },
+    },
+    controllers={
+        "MPC": ("MPC220", "MPC320"),
+    },
+    limits={
+        "travel": Limit.of("170", "deg", source="Issue 37, page 408"),
+    },
+    rotary=True,
 )
 
 # Issue 37, page 39; evidence: vendor program

@@ -350,7 +350,9 @@ static inline apt_status apt_hw_get_info_decode(
  * HW_STOP_UPDATEMSGS.
  *
  * HW_START_UPDATEMSGS (0x0011), to the controller, header only; Issue 3, page 20. Starts
- * MOT_GET_STATUSUPDATE, MOT_GET_DCSTATUSUPDATE, PZ_GET_PZSTATUSUPDATE.
+ * MOT_GET_STATUSUPDATE, MOT_GET_DCSTATUSUPDATE, PZ_GET_PZSTATUSUPDATE, PZ_GET_NTSTATUSUPDATE,
+ * QUAD_GET_STATUSUPDATE, LA_GET_STATUSUPDATE, LD_GET_STATUSUPDATE, TEC_GET_STATUSUPDATE,
+ * PZMOT_GET_STATUSUPDATE.
  *
  * The document does not say whether a motherboard, a bay or both accept it.
  *
@@ -451,7 +453,9 @@ static inline apt_status apt_hw_start_updatemsgs_decode(
  * not overflow.
  *
  * HW_STOP_UPDATEMSGS (0x0012), to the controller, header only; Issue 3, page 20. Stops
- * MOT_GET_STATUSUPDATE, MOT_GET_DCSTATUSUPDATE, PZ_GET_PZSTATUSUPDATE.
+ * MOT_GET_STATUSUPDATE, MOT_GET_DCSTATUSUPDATE, PZ_GET_PZSTATUSUPDATE, PZ_GET_NTSTATUSUPDATE,
+ * QUAD_GET_STATUSUPDATE, LA_GET_STATUSUPDATE, LD_GET_STATUSUPDATE, TEC_GET_STATUSUPDATE,
+ * PZMOT_GET_STATUSUPDATE.
  *
  * The document does not say whether a motherboard, a bay or both accept it.
  *
@@ -551,6 +555,8 @@ static inline apt_status apt_hw_stop_updatemsgs_decode(
  * RACK_GET_BAYUSED.
  *
  * Also described in Issue 37, page 54.
+ *
+ * Evidence: independent driver.
  *
  * Erratum apt-bay-idents: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay 10.
  *
@@ -1137,7 +1143,7 @@ static inline apt_status apt_hw_richresponse_decode(
  *
  * Also described in Issue 37, page 47.
  *
- * Evidence: vendor program.
+ * Evidence: vendor program and independent driver.
  *
  * Erratum apt37-chan-idents-of-tim101: printed channel 3; encoded nothing.
  */
@@ -1233,6 +1239,8 @@ static inline apt_status apt_mod_set_chanenablestate_decode(
  * MOD_GET_CHANENABLESTATE.
  *
  * Also described in Issue 37, page 47.
+ *
+ * Evidence: independent driver.
  */
 typedef struct apt_mod_req_chanenablestate {
     /** See enum apt_channel; from 0 to 255. */
@@ -1421,6 +1429,12 @@ static inline apt_status apt_mod_get_chanenablestate_decode(
  * controllers, an output shares its pin with the trigger output; first switch the trigger off with
  * MOT_SET_TRIGGER.
  *
+ * Erratum apt37-list-bpc-digoutputs: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+ *
+ * Erratum apt37-list-kcube-digoutputs: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ *
+ * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ *
  * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mod_set_digoutputs {
@@ -1513,6 +1527,12 @@ static inline apt_status apt_mod_set_digoutputs_decode(
  *
  * MOD_REQ_DIGOUTPUTS (0x0214), to the controller, header only; Issue 37, page 58. Answered by
  * MOD_GET_DIGOUTPUTS.
+ *
+ * Erratum apt37-list-bpc-digoutputs: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+ *
+ * Erratum apt37-list-kcube-digoutputs: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ *
+ * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
  *
  * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
@@ -1609,6 +1629,12 @@ static inline apt_status apt_mod_req_digoutputs_decode(
  *
  * MOD_GET_DIGOUTPUTS (0x0215), to the host, header only; Issue 37, page 58.
  *
+ * Erratum apt37-list-bpc-digoutputs: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+ *
+ * Erratum apt37-list-kcube-digoutputs: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ *
+ * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ *
  * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mod_get_digoutputs {
@@ -1704,7 +1730,7 @@ static inline apt_status apt_mod_get_digoutputs_decode(
  * In a card slot system, the motherboard controls the LEDs: send it to the motherboard, with the
  * number of the channel to identify. Single-channel controllers ignore the channel.
  *
- * Evidence: vendor program.
+ * Evidence: vendor program and independent driver.
  */
 typedef struct apt_mod_identify {
     /**
@@ -2398,6 +2424,12 @@ static inline apt_status apt_hw_set_kcubemmilock_decode(
  * HW_REQ_KCUBEMMILOCK (0x0251), to the controller, header only; Issue 37, page 59. Answered by
  * HW_GET_KCUBEMMILOCK.
  *
+ * Evidence: vendor program.
+ *
+ * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ *
+ * Erratum apt37-list-laser-lock: printed nothing; encoded HW_REQ_KCUBEMMILOCK.
+ *
  * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_req_kcubemmilock {
@@ -2493,6 +2525,12 @@ static inline apt_status apt_hw_req_kcubemmilock_decode(
  * switch always work.
  *
  * HW_GET_KCUBEMMILOCK (0x0252), to the host, header only; Issue 37, page 59.
+ *
+ * Evidence: vendor program.
+ *
+ * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ *
+ * Erratum apt37-list-laser-lock: printed nothing; encoded HW_REQ_KCUBEMMILOCK.
  *
  * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */

@@ -6889,6 +6889,8 @@ static inline apt_status apt_mot_move_stop_decode(
  * encoded bytes 0 to 19, destination with 0x80.
  *
  * Erratum apt37-end-of-move-tables: printed 5; encoded 19.
+ *
+ * Erratum apt37-tim-kim-list: printed 122; encoded 123.
  */
 typedef struct apt_mot_move_stopped_header {
     /** See enum apt_channel; from 0 to 255. */
@@ -6989,6 +6991,8 @@ static inline apt_status apt_mot_move_stopped_header_decode(
  * encoded bytes 0 to 19, destination with 0x80.
  *
  * Erratum apt37-end-of-move-tables: printed 5; encoded 19.
+ *
+ * Erratum apt37-tim-kim-list: printed 122; encoded 123.
  */
 typedef struct apt_mot_move_stopped_dc {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -7118,6 +7122,8 @@ static inline apt_status apt_mot_move_stopped_dc_decode(
  * encoded bytes 0 to 19, destination with 0x80.
  *
  * Erratum apt37-end-of-move-tables: printed 5; encoded 19.
+ *
+ * Erratum apt37-tim-kim-list: printed 122; encoded 123.
  */
 typedef struct apt_mot_move_stopped_stepper {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -7646,6 +7652,8 @@ static inline apt_status apt_mot_req_statusupdate_decode(
  *
  * Erratum apt37-statusupdate-example-short: printed 21 bytes after a header for 28; encoded a frame
  * of 34 bytes.
+ *
+ * Erratum apt37-tim-kim-list: printed 122; encoded 123.
  */
 typedef struct apt_mot_get_statusupdate {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -7769,6 +7777,8 @@ static inline apt_status apt_mot_get_statusupdate_decode(
  *
  * Erratum apt37-statusupdate-example-short: printed 21 bytes after a header for 28; encoded a frame
  * of 34 bytes.
+ *
+ * Erratum apt37-tim-kim-list: printed 122; encoded 123.
  */
 typedef struct apt_mot_get_statusupdate_long {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -8179,6 +8189,8 @@ static inline apt_status apt_mot_get_dcstatusupdate_decode(
  * Erratum apt37-ack-fifty: printed about 50, and 50; encoded 50.
  *
  * Erratum apt37-list-server-alive: printed nothing; encoded MOT_ACK_DCSTATUSUPDATE.
+ *
+ * Erratum apt37-mpc-list: printed nothing; encoded MOT_ACK_DCSTATUSUPDATE.
  */
 typedef struct apt_mot_ack_dcstatusupdate {
     /** Unused parameter byte; from 0 to 255. */

@@ -12,7 +12,20 @@ from stagewire.support import AsyncModuleDevice as ModuleDevice
 from stagewire.support import AsyncPositionsDevice as PositionsDevice
 from stagewire.support import AsyncRackDevice as RackDevice
 from stagewire.support import AsyncSingleChannelDevice as SingleChannelDevice
-from stagewire_apt.aio.parts import flipper, generic, motor, piezo, solenoid
+from stagewire.support import AsyncSingleChannelModule as SingleChannelModule
+from stagewire_apt.aio.parts import (
+    flipper,
+    generic,
+    inertial,
+    laser,
+    motor,
+    nanotrak,
+    piezo,
+    polarization,
+    quad,
+    solenoid,
+    tec,
+)
 from stagewire_apt.devices import values as v
 from stagewire_apt.devices.facts import FACTS, UNITS
 
@@ -30,6 +43,7 @@ __all__ = [
     "BBD303",
     "BMS001",
     "BMS002",
+    "BNT001",
     "BPC001",
     "BPC002",
     "BPC101",
@@ -39,6 +53,8 @@ __all__ = [
     "BPC202",
     "BPC203",
     "BPC301",
+    "BPC302",
+    "BPC303",
     "BSC001",
     "BSC002",
     "BSC101",
@@ -47,10 +63,22 @@ __all__ = [
     "BSC201",
     "BSC202",
     "BSC203",
+    "CT1P",
     "K10CR1",
     "KBD101",
     "KDC101",
+    "KIM001",
+    "KIM101",
+    "KLD101",
+    "KLS101",
+    "KLS635",
+    "KLS1550",
+    "KNA101",
+    "KPA101",
+    "KPC101",
+    "KPZ101",
     "KSC101",
+    "KSG101",
     "KST101",
     "KST201",
     "KVS30",
@@ -60,18 +88,31 @@ __all__ = [
     "MFF102",
     "MLJ050",
     "MLJ150",
+    "MNA601",
+    "MPC220",
+    "MPC320",
     "MPZ601",
     "MST601",
     "MST602",
     "ODC001",
     "OST001",
+    "PDXC2",
+    "PPC001",
+    "PPC102",
     "TBD001",
     "TDC001",
+    "TIM101",
+    "TLD001",
+    "TLS001",
+    "TNA001",
+    "TPA101",
     "TPZ001",
+    "TQD001",
     "TSC001",
     "TSG001",
     "TST001",
     "TST101",
+    "TTC001",
     "BBD101Bay",
     "BBD102Bay",
     "BBD103Bay",
@@ -87,14 +128,22 @@ __all__ = [
     "BPC103Bay",
     "BPC202Bay",
     "BPC203Bay",
+    "BPC302Bay",
+    "BPC303Bay",
     "BSC002Channel",
     "BSC102Bay",
     "BSC103Bay",
     "BSC202Bay",
     "BSC203Bay",
+    "KIM101Channel",
+    "KNA101Channel",
+    "MPC220Channel",
+    "MPC320Channel",
     "MPZ601Channel",
     "MST601Channel",
     "MST602Channel",
+    "PPC102Bay",
+    "TIM101Channel",
 ]
 
 
@@ -1001,6 +1050,56 @@ class BMS002(_BMS002Calls):
     channel_class = BMS002Channel
 
 
+class _BNT001Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithHubBayUsed,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    nanotrak.CanSetNtMode,
+    nanotrak.WithNtMode,
+    nanotrak.WithNtTrackThreshold,
+    nanotrak.WithNtCircHomePos,
+    nanotrak.CanMoveNtCircToHomePos,
+    nanotrak.WithNtCircCentrePos,
+    nanotrak.WithNtCircParams,
+    nanotrak.WithNtCircDia,
+    nanotrak.WithNtCircDiaLut,
+    nanotrak.WithNtPhaseCompParams,
+    nanotrak.WithNtTiaRangeParams,
+    nanotrak.WithNtGainParams,
+    nanotrak.WithNtTiaLpFilterParams,
+    nanotrak.WithNtTiaReading,
+    nanotrak.WithNtFeedbackSrc,
+    nanotrak.WithNtStatusBits,
+    nanotrak.WithNtStatusUpdate,
+    nanotrak.CanAckNtStatusUpdate,
+    nanotrak.WithNtEepromParams,
+):
+    """The calls of a BNT001 for asyncio."""
+
+
+class BNT001(_BNT001Calls):
+    """Benchtop NanoTrak controller for asyncio.
+
+    BNT001, Issue 37, page 24. Its messages: those of its family benchtop_nanotrak: The printed list
+    of pages 24 and 25, without the settings of the cubes (pages 291 and 292), and with the digital
+    outputs that page 58 assigns to the BNT001.
+
+    The document gives no number of channels. One is assumed, because the messages control the two
+    piezo axes together. In piezo mode it is another kind of controller with the same serial number
+    (page 249).
+
+    Evidence: vendor program.
+    """
+
+    facts = FACTS
+    unit = UNITS["BNT001"]
+
+
 class _BPC001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
@@ -1012,7 +1111,7 @@ class _BPC001Calls(
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
-    piezo.WithMaxTravel,
+    piezo.CanGetMaxTravel,
     piezo.WithInputVoltsSrc,
     piezo.WithPiConsts,
     piezo.CanSetZero,
@@ -1049,7 +1148,7 @@ class BPC002Channel(
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
-    piezo.WithMaxTravel,
+    piezo.CanGetMaxTravel,
     piezo.WithInputVoltsSrc,
     piezo.WithPiConsts,
     piezo.CanSetZero,
@@ -1101,7 +1200,7 @@ class _BPC101Calls(
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
-    piezo.WithMaxTravel,
+    piezo.CanGetMaxTravel,
     piezo.WithInputVoltsSrc,
     piezo.WithPiConsts,
     piezo.CanSetZero,
@@ -1137,11 +1236,12 @@ class BPC102Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
-    piezo.WithMaxTravel,
+    piezo.CanGetMaxTravel,
     piezo.WithInputVoltsSrc,
     piezo.WithPiConsts,
     piezo.CanSetZero,
@@ -1174,7 +1274,7 @@ class _BPC102Calls(
 class BPC102(_BPC102Calls):
     """Two-channel benchtop piezo driver (since 2006) for asyncio.
 
-    BPC102, Issue 3, page 93. Its messages: the printed list of BPC202, Issue 3, page 131: The
+    BPC102, Issue 3, page 93. Its messages: the printed lists of BPC202, Issue 37, page 2: The
     printed list of page 131 is that of the BPC20x. None is printed for BPC102 and BPC103, which use
     that of the nearest series.
 
@@ -1193,11 +1293,12 @@ class BPC103Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
-    piezo.WithMaxTravel,
+    piezo.CanGetMaxTravel,
     piezo.WithInputVoltsSrc,
     piezo.WithPiConsts,
     piezo.CanSetZero,
@@ -1230,7 +1331,7 @@ class _BPC103Calls(
 class BPC103(_BPC103Calls):
     """Three-channel benchtop piezo driver (since 2006) for asyncio.
 
-    BPC103, Issue 3, page 93. Its messages: the printed list of BPC202, Issue 3, page 131: The
+    BPC103, Issue 3, page 93. Its messages: the printed lists of BPC202, Issue 37, page 2: The
     printed list of page 131 is that of the BPC20x. None is printed for BPC102 and BPC103, which use
     that of the nearest series.
 
@@ -1256,7 +1357,7 @@ class _BPC201Calls(
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
-    piezo.WithMaxTravel,
+    piezo.CanGetMaxTravel,
     piezo.WithInputVoltsSrc,
     piezo.WithPiConsts,
     piezo.CanSetZero,
@@ -1273,7 +1374,7 @@ class _BPC201Calls(
 class BPC201(_BPC201Calls):
     """One-channel benchtop piezo driver (since 2007) for asyncio.
 
-    BPC201, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
+    BPC201, Issue 3, page 93. Its messages: the printed list, Issue 37, page 2.
 
     Its list has no server-alive message. The list of the series has the RACK messages, which pages
     25 and 26 assign to two- and three-channel units; with its single channel, this one is treated
@@ -1291,11 +1392,12 @@ class BPC202Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
-    piezo.WithMaxTravel,
+    piezo.CanGetMaxTravel,
     piezo.WithInputVoltsSrc,
     piezo.WithPiConsts,
     piezo.CanSetZero,
@@ -1328,7 +1430,7 @@ class _BPC202Calls(
 class BPC202(_BPC202Calls):
     """Two-channel benchtop piezo driver (since 2007) for asyncio.
 
-    BPC202, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
+    BPC202, Issue 3, page 93. Its messages: the printed lists, Issue 37, page 2.
 
     A card slot controller (page 25). Its list has no server-alive message.
     """
@@ -1345,11 +1447,12 @@ class BPC203Bay(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithChanEnableState,
+    generic.WithModDigOutputs,
     generic.CanIdentify,
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
-    piezo.WithMaxTravel,
+    piezo.CanGetMaxTravel,
     piezo.WithInputVoltsSrc,
     piezo.WithPiConsts,
     piezo.CanSetZero,
@@ -1382,7 +1485,7 @@ class _BPC203Calls(
 class BPC203(_BPC203Calls):
     """Three-channel benchtop piezo driver (since 2007) for asyncio.
 
-    BPC203, Issue 3, page 93. Its messages: the printed list, Issue 3, page 131.
+    BPC203, Issue 3, page 93. Its messages: the printed lists, Issue 37, page 2.
 
     Treated as a card slot controller like the BPC202 of page 25. Its list has no server-alive
     message.
@@ -1407,6 +1510,7 @@ class _BPC301Calls(
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
+    piezo.WithMaxTravel,
     piezo.WithInputVoltsSrc,
     piezo.WithPiConsts,
     piezo.CanSetZero,
@@ -1426,14 +1530,134 @@ class _BPC301Calls(
 class BPC301(_BPC301Calls):
     """One-channel benchtop piezo driver (since 2011) for asyncio.
 
-    BPC301, Issue 3, page 93. Its messages: the printed list, Issue 3, page 132.
+    BPC301, Issue 3, page 93. Its messages: the printed list, Issue 37, page 3.
 
     The list of the series has the RACK messages, which pages 25 and 26 assign to two- and
     three-channel units; with its single channel, this one is treated as a unit without card slots.
+
+    Evidence: vendor program.
     """
 
     facts = FACTS
     unit = UNITS["BPC301"]
+
+
+class BPC302Bay(
+    Bay,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    piezo.WithPosControlMode,
+    piezo.WithOutputVolts,
+    piezo.WithOutputPos,
+    piezo.WithMaxTravel,
+    piezo.WithInputVoltsSrc,
+    piezo.WithPiConsts,
+    piezo.CanSetZero,
+    piezo.WithPzStatusBits,
+    piezo.CanAckPzStatusUpdate,
+    piezo.WithOutputMaxVolts,
+    piezo.WithTpzSlewRates,
+    piezo.CanSetPzStageParamDefaults,
+    piezo.WithOutputLut,
+    piezo.WithOutputLutParams,
+    piezo.CanStartLutOutput,
+    piezo.CanStopLutOutput,
+):
+    """One bay of a BPC302 for asyncio: a controller with one channel.
+
+    Bay 1 is at 0x21, bay 2 is at 0x22.
+    """
+
+
+class _BPC302Calls(
+    RackDevice[BPC302Bay],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+    generic.WithRackStatusBits,
+    generic.WithRackDigOutputs,
+):
+    """The calls of a BPC302 for asyncio."""
+
+
+class BPC302(_BPC302Calls):
+    """Two-channel benchtop piezo driver (since 2011) for asyncio.
+
+    BPC302, Issue 37, page 46. Its messages: the printed lists, Issue 37, pages 2, 3.
+
+    A card slot system (page 46). Its prefix is not printed.
+    """
+
+    facts = FACTS
+    unit = UNITS["BPC302"]
+    bay_class = BPC302Bay
+
+
+class BPC303Bay(
+    Bay,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    piezo.WithPosControlMode,
+    piezo.WithOutputVolts,
+    piezo.WithOutputPos,
+    piezo.WithMaxTravel,
+    piezo.WithInputVoltsSrc,
+    piezo.WithPiConsts,
+    piezo.CanSetZero,
+    piezo.WithPzStatusBits,
+    piezo.CanAckPzStatusUpdate,
+    piezo.WithOutputMaxVolts,
+    piezo.WithTpzSlewRates,
+    piezo.CanSetPzStageParamDefaults,
+    piezo.WithOutputLut,
+    piezo.WithOutputLutParams,
+    piezo.CanStartLutOutput,
+    piezo.CanStopLutOutput,
+):
+    """One bay of a BPC303 for asyncio: a controller with one channel.
+
+    Bay 1 is at 0x21, bay 2 is at 0x22, bay 3 is at 0x23.
+    """
+
+
+class _BPC303Calls(
+    RackDevice[BPC303Bay],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+    generic.WithRackStatusBits,
+    generic.WithRackDigOutputs,
+):
+    """The calls of a BPC303 for asyncio."""
+
+
+class BPC303(_BPC303Calls):
+    """Three-channel benchtop piezo driver (since 2011) for asyncio.
+
+    BPC303, Issue 37, page 33. Its messages: the printed lists, Issue 37, pages 2, 3.
+
+    A card slot system (pages 33 and 46). It shares the prefix 71 with the BPC103 and the BPC203.
+
+    Evidence: vendor program and independent driver.
+    """
+
+    facts = FACTS
+    unit = UNITS["BPC303"]
+    bay_class = BPC303Bay
 
 
 class _BSC001Calls(
@@ -2003,6 +2227,52 @@ class BSC203(_BSC203Calls):
     bay_class = BSC203Bay
 
 
+class _CT1PCalls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    generic.WithKcubeMmiLock,
+    piezo.WithPosControlMode,
+    piezo.WithOutputVolts,
+    piezo.WithOutputPos,
+    piezo.CanGetMaxTravel,
+    piezo.CanSetZero,
+    piezo.WithPzStatusBits,
+    piezo.WithPzStatusUpdate,
+    piezo.CanAckPzStatusUpdate,
+    piezo.CanSetPzStageParamDefaults,
+    piezo.WithPpcPidConsts,
+    piezo.WithPpcIoSettings,
+    piezo.WithPidCriteria,
+    piezo.WithPzEepromParams,
+    piezo.WithKpzKcubeMmiParams,
+    piezo.WithKsgKcubeTrigIoConfig,
+):
+    """The calls of a CT1P for asyncio."""
+
+
+class CT1P(_CT1PCalls):
+    """Piezo cage translator with a built-in precision piezo driver for asyncio.
+
+    CT1P, Issue 37, page 410. Its messages: the printed list, Issue 37, page 30.
+
+    Its prefix and address are not printed; it is treated as one axis with its own USB node. No
+    message of its list reports the maximum voltage that scales the output; through the vendor's
+    library, it has -10 to 140 V (github RodionovSA/holoeml-experiment, 914c47f). The meaning of its
+    status bits is not documented.
+
+    Evidence: independent driver.
+    """
+
+    facts = FACTS
+    unit = UNITS["CT1P"]
+
+
 class _K10CR1Calls(
     SingleChannelDevice,
     generic.WithInfo,
@@ -2196,6 +2466,471 @@ class KDC101(_KDC101Calls):
     unit = UNITS["KDC101"]
 
 
+class _KIM001Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    motor.CanSuspendEndOfMoveMsgs,
+    motor.CanResumeEndOfMoveMsgs,
+    motor.WithMotEepromParams,
+    inertial.WithConversionFactor,
+    inertial.WithDriveOpParams,
+    inertial.WithKcubeChanEnableMode,
+    inertial.WithKcubeFeedbackSigParams,
+    inertial.WithKcubeJogParams,
+    inertial.WithPzmotKcubeMmiParams,
+    inertial.WithKcubeMoveAbsoluteParams,
+    inertial.WithKcubeMoveRelativeParams,
+    inertial.WithPzmotKcubeTrigIoConfig,
+    inertial.WithKcubeTrigParams,
+    inertial.WithPzmotLimSwitchParams,
+    inertial.WithPosCounters,
+    inertial.WithPzmotHomeParams,
+    inertial.CanPzmotMoveRelative,
+    inertial.CanPzmotMoveAbsolute,
+    inertial.CanPzmotMoveVelocity,
+    inertial.CanPzmotStop,
+    inertial.CanMoveJog,
+    inertial.WithPzmotStatusUpdate,
+    inertial.CanPzmotAckStatusUpdate,
+):
+    """The calls of a KIM001 for asyncio."""
+
+    if TYPE_CHECKING:
+        _reported: v.MoveCompleted | v.MoveStopped | v.PzmotStatusUpdate
+
+
+class KIM001(_KIM001Calls):
+    """One-channel K-Cube inertial motor controller for asyncio.
+
+    KIM001, Programs of the vendor, section Inertial motors. Its messages: those of its family
+    inertial_kcube_single: No list is printed. The messages that pages 381 to 401 of Issue 37 assign
+    to the KIM001 and KIM101, and those that the vendor's XA software sends to a simulated KIM001.
+
+    Its prefix is not known. Its moves are those of the KIM101.
+
+    Evidence: vendor program.
+    """
+
+    facts = FACTS
+    unit = UNITS["KIM001"]
+
+
+class KIM101Channel(
+    Channel,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.WithMotEepromParams,
+    inertial.WithConversionFactor,
+    inertial.WithDriveOpParams,
+    inertial.WithKcubeFeedbackSigParams,
+    inertial.WithKcubeJogParams,
+    inertial.WithPzmotKcubeMmiParams,
+    inertial.WithKcubeMoveAbsoluteParams,
+    inertial.WithKcubeMoveRelativeParams,
+    inertial.WithKcubeTrigParams,
+    inertial.WithPzmotLimSwitchParams,
+    inertial.WithPosCounters,
+    inertial.WithPzmotHomeParams,
+    inertial.CanPzmotMoveRelative,
+    inertial.CanPzmotMoveAbsolute,
+    inertial.CanPzmotMoveVelocity,
+    inertial.CanPzmotStop,
+    inertial.CanMoveJog,
+):
+    """One channel of a KIM101 for asyncio."""
+
+    if TYPE_CHECKING:
+        _reported: v.MoveCompleted | v.MoveStopped | v.PosCounters
+
+
+class _KIM101Calls(
+    ChannelsDevice[KIM101Channel],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithHubBayUsed,
+    inertial.WithKcubeChanEnableMode,
+    inertial.WithPzmotKcubeTrigIoConfig,
+    inertial.WithPzmotStatusUpdate,
+    inertial.CanPzmotAckStatusUpdate,
+):
+    """The calls of a KIM101 for asyncio."""
+
+
+class KIM101(_KIM101Calls):
+    """Four-channel K-Cube inertial motor controller for asyncio.
+
+    KIM101, Issue 37, page 29. Its messages: the printed lists, Issue 37, page 29; Programs of the
+    vendor, section Inertial motors.
+
+    Only the channels that PZMOT_SET_KCUBECHANENABLEMODE enables move. Page 404 numbers the channels
+    of a jog from 1 to 4, but controllers expect 1, 2, 4 and 8, as in all other messages.
+
+    Evidence: vendor program and independent driver.
+    """
+
+    facts = FACTS
+    unit = UNITS["KIM101"]
+    channel_class = KIM101Channel
+
+
+class _KLD101Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    generic.WithKcubeMmiLock,
+    piezo.CanSetPzStageParamDefaults,
+    laser.WithLaDispSettings,
+    laser.WithKldDigOutputs,
+    laser.WithMmiParams,
+    laser.WithPowerControlSource,
+    laser.WithPowerSetpoint,
+    laser.WithMiscParams,
+    laser.WithLaStatusBits,
+    laser.WithLdCurrentAndPower,
+    laser.WithMaxCurrent,
+    laser.WithLaEepromParams,
+    laser.CanEnableOutput,
+    laser.CanDisableOutput,
+    laser.CanOpenLoop,
+    laser.CanClosedLoop,
+    laser.CanMaxCurrentAdjust,
+    laser.WithMaxCurrentDigPot,
+    laser.CanFindTiaGain,
+    laser.CanTiaGainAdjust,
+    laser.WithLdStatusUpdate,
+    laser.CanLdAckStatusUpdate,
+):
+    """The calls of a KLD101 for asyncio."""
+
+
+class KLD101(_KLD101Calls):
+    """K-Cube laser diode driver for asyncio.
+
+    KLD101, Issue 37, page 296. Its messages: the printed lists, Issue 37, page 26.
+
+    The document prints no prefix for it. Page 309 names the trigger ports, whose configuration page
+    324 denies it.
+
+    Evidence: vendor program.
+    """
+
+    facts = FACTS
+    unit = UNITS["KLD101"]
+
+
+class _KLS101Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    laser.WithMmiParams,
+    laser.WithPowerControlSource,
+    laser.WithPowerSetpoint,
+    laser.WithLaCurrentAndPower,
+    laser.WithMaxLimits,
+    laser.WithLaStatusBits,
+    laser.WithLaEepromParams,
+    laser.CanEnableOutput,
+    laser.CanDisableOutput,
+    laser.WithLaStatusUpdate,
+    laser.CanLaAckStatusUpdate,
+):
+    """The calls of a KLS101 for asyncio."""
+
+
+class KLS101(_KLS101Calls):
+    """K-Cube laser source of the first version for asyncio.
+
+    KLS101, Issue 37, page 295. Its messages: the printed lists, Issue 37, pages 26, 308.
+
+    Pages 33, 295 and 319 name it; the lists name the KLSxxx, KLS635 and KLS1550. It has the list of
+    the KLSxxx, but not that of the KLS635 and KLS1550.
+    """
+
+    facts = FACTS
+    unit = UNITS["KLS101"]
+
+
+class _KLS1550Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    generic.WithKcubeMmiLock,
+    piezo.CanSetPzStageParamDefaults,
+    laser.WithMmiParams,
+    laser.WithPowerControlSource,
+    laser.WithPowerSetpoint,
+    laser.WithLaCurrentAndPower,
+    laser.WithMaxLimits,
+    laser.WithLaStatusBits,
+    laser.WithLaEepromParams,
+    laser.CanEnableOutput,
+    laser.CanDisableOutput,
+    laser.WithLaStatusUpdate,
+    laser.CanLaAckStatusUpdate,
+    laser.WithLaKcubeTrigIoConfig,
+):
+    """The calls of a KLS1550 for asyncio."""
+
+
+class KLS1550(_KLS1550Calls):
+    """K-Cube laser source with 1550 nm for asyncio.
+
+    KLS1550, Issue 37, page 296. Its messages: the printed lists, Issue 37, pages 26, 308.
+
+    The vendor's C header also has an operating mode, constant power or constant current, for which
+    the document has no message.
+    """
+
+    facts = FACTS
+    unit = UNITS["KLS1550"]
+
+
+class _KLS635Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    generic.WithKcubeMmiLock,
+    piezo.CanSetPzStageParamDefaults,
+    laser.WithMmiParams,
+    laser.WithPowerControlSource,
+    laser.WithPowerSetpoint,
+    laser.WithLaCurrentAndPower,
+    laser.WithMaxLimits,
+    laser.WithLaStatusBits,
+    laser.WithLaEepromParams,
+    laser.CanEnableOutput,
+    laser.CanDisableOutput,
+    laser.WithLaStatusUpdate,
+    laser.CanLaAckStatusUpdate,
+    laser.WithLaKcubeTrigIoConfig,
+):
+    """The calls of a KLS635 for asyncio."""
+
+
+class KLS635(_KLS635Calls):
+    """K-Cube laser source with 635 nm for asyncio.
+
+    KLS635, Issue 37, page 296. Its messages: the printed lists, Issue 37, pages 26, 308.
+
+    The vendor's C header also has an operating mode, constant power or constant current, for which
+    the document has no message.
+    """
+
+    facts = FACTS
+    unit = UNITS["KLS635"]
+
+
+class KNA101Channel(
+    Channel,
+    generic.CanIdentify,
+    piezo.WithPosControlMode,
+    piezo.WithPiConsts,
+    piezo.CanSetPzStageParamDefaults,
+    nanotrak.WithNtStatusBits,
+    nanotrak.WithNtStatusUpdate,
+    nanotrak.WithNtEepromParams,
+    nanotrak.WithTnaIoSettings,
+):
+    """One channel of a KNA101 for asyncio."""
+
+
+class _KNA101Calls(
+    ChannelsDevice[KNA101Channel],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithHubBayUsed,
+    generic.WithModDigOutputs,
+    generic.WithKcubeMmiLock,
+    nanotrak.CanSetNtMode,
+    nanotrak.WithNtMode,
+    nanotrak.WithNtTrackThreshold,
+    nanotrak.WithNtCircHomePos,
+    nanotrak.CanMoveNtCircToHomePos,
+    nanotrak.WithNtCircCentrePos,
+    nanotrak.WithNtCircParams,
+    nanotrak.WithNtCircDia,
+    nanotrak.WithNtCircDiaLut,
+    nanotrak.WithNtPhaseCompParams,
+    nanotrak.WithNtTiaRangeParams,
+    nanotrak.WithNtGainParams,
+    nanotrak.WithNtTiaLpFilterParams,
+    nanotrak.WithNtTiaReading,
+    nanotrak.WithNtFeedbackSrc,
+    nanotrak.CanAckNtStatusUpdate,
+    nanotrak.WithNtTiaLpFilterCoeffs,
+    nanotrak.WithKnaKcubeMmiParams,
+    nanotrak.WithKnaKcubeTrigIoConfig,
+    nanotrak.CanStartXyScan,
+    nanotrak.CanStopXyScan,
+    nanotrak.WithTnaDispSettings,
+):
+    """The calls of a KNA101 for asyncio."""
+
+
+class KNA101(_KNA101Calls):
+    """K-Cube NanoTrak controller for asyncio.
+
+    KNA101, Issue 37, page 24. Its messages: the printed lists, Issue 37, pages 24, 25.
+
+    KNA101-IR on page 59. Its channels are its two piezo outputs (page 292). The messages of
+    NanoTraks control both together, whatever channel they name; only the control mode and the loop
+    constants have one for each.
+
+    Evidence: vendor program.
+    """
+
+    facts = FACTS
+    unit = UNITS["KNA101"]
+    channel_class = KNA101Channel
+
+
+class _KPA101Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    quad.WithDisplaySettings,
+    quad.WithKpaDigOutputs,
+    quad.WithKpaTrigIoConfig,
+    quad.WithQuadLoopParams,
+    quad.WithLoopParams2,
+    quad.WithOperMode,
+    quad.WithPosDemandParams,
+    quad.WithPositionOutputs,
+    quad.WithQuadReadings,
+    quad.WithQuadStatusBits,
+    quad.CanSetEepromParams,
+    quad.WithQuadStatusUpdate,
+    quad.CanQuadAckStatusUpdate,
+):
+    """The calls of a KPA101 for asyncio."""
+
+
+class KPA101(_KPA101Calls):
+    """K-Cube position aligner for asyncio.
+
+    KPA101, Issue 37, page 27. Its messages: the printed lists, Issue 37, page 27.
+
+    Evidence: independent driver.
+    """
+
+    facts = FACTS
+    unit = UNITS["KPA101"]
+
+
+class _KPC101Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    generic.WithKcubeMmiLock,
+    motor.WithMotEepromParams,
+    piezo.WithPosControlMode,
+    piezo.WithOutputVolts,
+    piezo.WithOutputPos,
+    piezo.WithMaxTravel,
+    piezo.WithInputVoltsSrc,
+    piezo.WithPiConsts,
+    piezo.CanSetZero,
+    piezo.WithPzStatusBits,
+    piezo.WithPzStatusUpdate,
+    piezo.CanSetPzStageParamDefaults,
+    piezo.CanSetOutputLut,
+    piezo.WithOutputLutParams,
+    piezo.CanStartLutOutput,
+    piezo.CanStopLutOutput,
+    piezo.WithKpcKcubeTrigIoConfig,
+    piezo.WithKpcKcubeMmiParams,
+    piezo.WithKpcIoSettings,
+):
+    """The calls of a KPC101 for asyncio."""
+
+
+class KPC101(_KPC101Calls):
+    """K-Cube piezo driver with a strain gauge reader for asyncio.
+
+    KPC101, Programs of the vendor, section Piezo controllers. Its messages: those of its family
+    piezo_strain_gauge_kcube: The messages that the XA software sends to a simulated KPC101.
+
+    The XA software never acknowledges status messages of it. Its simulation does not answer
+    PZ_REQ_PZSTATUSUPDATE and reports an empty model number.
+
+    Evidence: vendor program.
+    """
+
+    facts = FACTS
+    unit = UNITS["KPC101"]
+
+
+class _KPZ101Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    piezo.WithPosControlMode,
+    piezo.WithOutputVolts,
+    piezo.WithOutputPos,
+    piezo.WithInputVoltsSrc,
+    piezo.WithPiConsts,
+    piezo.WithPzStatusUpdate,
+    piezo.CanSetOutputLut,
+    piezo.WithOutputLutParams,
+    piezo.CanStartLutOutput,
+    piezo.CanStopLutOutput,
+    piezo.WithPzEepromParams,
+    piezo.WithTpzDispSettings,
+    piezo.WithTpzIoSettings,
+    piezo.WithKpzKcubeMmiParams,
+    piezo.WithKpzKcubeTrigIoConfig,
+):
+    """The calls of a KPZ101 for asyncio."""
+
+
+class KPZ101(_KPZ101Calls):
+    """One-channel K-Cube piezo driver for asyncio.
+
+    KPZ101, Issue 37, page 32. Its messages: the printed lists, Issue 37, page 5.
+
+    Its lists have no server-alive message, and no PZ_REQ_MAXTRAVEL, so the travel that scales
+    positions must be known from another source.
+
+    Evidence: independent driver.
+    """
+
+    facts = FACTS
+    unit = UNITS["KPZ101"]
+
+
 class _KSC101Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
@@ -2237,6 +2972,43 @@ class KSC101(_KSC101Calls):
 
     facts = FACTS
     unit = UNITS["KSC101"]
+
+
+class _KSG101Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithHubBayUsed,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    piezo.CanGetMaxTravel,
+    piezo.CanSetZero,
+    piezo.CanAckPzStatusUpdate,
+    piezo.WithPzEepromParams,
+    piezo.WithTpzDispSettings,
+    piezo.WithTsgIoSettings,
+    piezo.WithTsgReading,
+    piezo.WithKsgKcubeMmiParams,
+    piezo.WithKsgKcubeTrigIoConfig,
+):
+    """The calls of a KSG101 for asyncio."""
+
+
+class KSG101(_KSG101Calls):
+    """One-channel K-Cube strain gauge reader for asyncio.
+
+    KSG101, Issue 37, page 33. Its messages: the printed lists, Issue 37, page 6.
+
+    The meaning of its status bits is not documented.
+
+    Evidence: independent driver.
+    """
+
+    facts = FACTS
+    unit = UNITS["KSG101"]
 
 
 class _KST101Calls(
@@ -2713,6 +3485,160 @@ class MLJ150(_MLJ150Calls):
     unit = UNITS["MLJ150"]
 
 
+class _MNA601Calls(
+    SingleChannelModule,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithHubBayUsed,
+    generic.CanIdentify,
+    nanotrak.CanSetNtMode,
+    nanotrak.WithNtMode,
+    nanotrak.WithNtTrackThreshold,
+    nanotrak.WithNtCircHomePos,
+    nanotrak.CanMoveNtCircToHomePos,
+    nanotrak.WithNtCircCentrePos,
+    nanotrak.WithNtCircParams,
+    nanotrak.WithNtCircDia,
+    nanotrak.WithNtCircDiaLut,
+    nanotrak.WithNtPhaseCompParams,
+    nanotrak.WithNtTiaRangeParams,
+    nanotrak.WithNtGainParams,
+    nanotrak.WithNtTiaLpFilterParams,
+    nanotrak.WithNtTiaReading,
+    nanotrak.WithNtFeedbackSrc,
+    nanotrak.WithNtStatusBits,
+    nanotrak.WithNtStatusUpdate,
+    nanotrak.CanAckNtStatusUpdate,
+    nanotrak.WithNtEepromParams,
+    nanotrak.WithTnaDispSettings,
+    nanotrak.WithTnaIoSettings,
+):
+    """The calls of a MNA601 for asyncio."""
+
+
+class MNA601(_MNA601Calls):
+    """NanoTrak module of the 19 inch rack for asyncio.
+
+    MNA601, Issue 37, page 24. Its messages: the printed list, Issue 37, page 24.
+
+    MNA601/IR on page 33. Its channels are assumed as those of the BNT001.
+
+    Evidence: vendor program.
+    """
+
+    facts = FACTS
+    unit = UNITS["MNA601"]
+
+
+class MPC220Channel(
+    Channel,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.WithPosCounter,
+    motor.CanHome,
+    motor.CanMoveAbsolute,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithDcStatusUpdate,
+    motor.WithMotEepromParams,
+    piezo.CanSetPzStageParamDefaults,
+):
+    """One channel of a MPC220 for asyncio."""
+
+    if TYPE_CHECKING:
+        _reported: v.MoveCompletedDc | v.MoveStoppedDc | v.DcStatusUpdate
+
+
+class _MPC220Calls(
+    ChannelsDevice[MPC220Channel],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    motor.CanAckDcStatusUpdate,
+    polarization.WithParams,
+):
+    """The calls of a MPC220 for asyncio."""
+
+
+class MPC220(_MPC220Calls):
+    """Two-channel motorized polarization controller for asyncio.
+
+    ::
+
+        async with MPC220.open("COM3") as mpc220:
+            await mpc220.channel(1).home()
+            await mpc220.channel(1).move_absolute(deg=1)
+            print(await mpc220.channel(1).position)
+
+    MPC220, Issue 37, page 29. Its messages: the printed list, Issue 37, page 29.
+
+    A channel for each paddle. See MPC320 for how its channels are enabled.
+    """
+
+    facts = FACTS
+    unit = UNITS["MPC220"]
+    channel_class = MPC220Channel
+
+
+class MPC320Channel(
+    Channel,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.WithPosCounter,
+    motor.CanHome,
+    motor.CanMoveAbsolute,
+    motor.CanStop,
+    motor.CanJog,
+    motor.WithDcStatusUpdate,
+    motor.WithMotEepromParams,
+    piezo.CanSetPzStageParamDefaults,
+):
+    """One channel of a MPC320 for asyncio."""
+
+    if TYPE_CHECKING:
+        _reported: v.MoveCompletedDc | v.MoveStoppedDc | v.DcStatusUpdate
+
+
+class _MPC320Calls(
+    ChannelsDevice[MPC320Channel],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    motor.CanAckDcStatusUpdate,
+    polarization.WithParams,
+):
+    """The calls of a MPC320 for asyncio."""
+
+
+class MPC320(_MPC320Calls):
+    """Three-channel motorized polarization controller for asyncio.
+
+    ::
+
+        async with MPC320.open("COM3") as mpc320:
+            await mpc320.channel(1).home()
+            await mpc320.channel(1).move_absolute(deg=1)
+            print(await mpc320.channel(1).position)
+
+    MPC320, Issue 37, page 29. Its messages: the printed list, Issue 37, page 29.
+
+    A channel for each paddle. In two public drivers the channel of MOD_SET_CHANENABLESTATE is a
+    mask: channels whose bit is 0 are disabled, so enabling one channel disables the others, and the
+    state is always ENABLE (github moonshot-nagayama-pj/PnPQ, ca31e0f, src/pnpq/apt/protocol.py;
+    QuTech-Delft/QMI, da660b2, qmi/instruments/thorlabs/mpc320.py).
+
+    Evidence: independent driver.
+    """
+
+    facts = FACTS
+    unit = UNITS["MPC320"]
+    channel_class = MPC320Channel
+
+
 class MPZ601Channel(
     Channel,
     generic.WithChanEnableState,
@@ -2720,7 +3646,7 @@ class MPZ601Channel(
     piezo.WithPosControlMode,
     piezo.WithOutputVolts,
     piezo.WithOutputPos,
-    piezo.WithMaxTravel,
+    piezo.CanGetMaxTravel,
     piezo.WithInputVoltsSrc,
     piezo.WithPiConsts,
     piezo.CanSetZero,
@@ -2750,7 +3676,7 @@ class _MPZ601Calls(
 class MPZ601(_MPZ601Calls):
     """Two-channel modular piezo driver for asyncio.
 
-    MPZ601, Issue 3, page 93. Its messages: the printed list, Issue 3, page 135.
+    MPZ601, Issue 3, page 93. Its messages: the printed list, Issue 37, page 7.
 
     A rack module. Its list lacks PZ_SET_EEPROMPARAMS, which saves its I/O settings according to
     page 119, and RACK_REQ_STATUSBITS, which page 25 assigns to the modular rack. The meaning of its
@@ -3016,6 +3942,154 @@ class OST001(_OST001Calls):
     unit = UNITS["OST001"]
 
 
+class _PDXC2Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.CanHome,
+    motor.CanStop,
+    motor.WithMotEepromParams,
+    motor.WithPmdStageAxisParams,
+    piezo.WithPosControlMode,
+    inertial.WithAbnormalMoveDetection,
+    inertial.WithAmpOutParams,
+    inertial.WithClosedLoopParams,
+    inertial.WithCloseMoveParams,
+    inertial.WithOpenMoveParams,
+    inertial.WithPdxc2JogParams,
+    inertial.WithTriggerMode,
+    inertial.WithTriggerParams,
+    inertial.WithNetworkParams,
+    inertial.CanMoveJog,
+    inertial.WithPzmotStatusUpdate,
+    inertial.CanPzmotAckStatusUpdate,
+    inertial.CanMoveStart,
+):
+    """The calls of a PDXC2 for asyncio."""
+
+    if TYPE_CHECKING:
+        _reported: v.MoveStoppedStepper | v.MoveCompleted | v.PzmotStatusUpdate
+
+
+class PDXC2(_PDXC2Calls):
+    """Piezo inertia stage controller for asyncio.
+
+    PDXC2, Programs of the vendor, section PDXC2. Its messages: those of its family oric_controller:
+    No list is printed. The messages that the vendor's XA software sends to a simulated PDXC2, and
+    those of the vendor's serial example.
+
+    Positions are steps in open loop, and nm in closed loop (PZ_SET_POSCONTROLMODE). The vendor's
+    serial example sends data packets without the bit 0x80 in the destination.
+
+    Evidence: vendor program.
+    """
+
+    facts = FACTS
+    unit = UNITS["PDXC2"]
+
+
+class _PPC001Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    piezo.WithPosControlMode,
+    piezo.WithOutputVolts,
+    piezo.WithOutputPos,
+    piezo.CanGetMaxTravel,
+    piezo.WithPzStatusBits,
+    piezo.WithPzStatusUpdate,
+    piezo.CanAckPzStatusUpdate,
+    piezo.WithOutputMaxVolts,
+    piezo.CanSetPzStageParamDefaults,
+    piezo.WithPpcPidConsts,
+    piezo.WithPpcNotchParams,
+    piezo.WithPpcIoSettings,
+    piezo.WithPzEepromParams,
+):
+    """The calls of a PPC001 for asyncio."""
+
+
+class PPC001(_PPC001Calls):
+    """One-channel benchtop precision piezo controller for asyncio.
+
+    PPC001, Issue 37, page 33. Its messages: the printed list, Issue 37, page 4.
+
+    The list has RACK_REQ_BAYUSED, which page 54 assigns to card slot systems; with its single
+    channel, this one is treated as a unit without card slots. The meaning of its status bits is not
+    documented.
+    """
+
+    facts = FACTS
+    unit = UNITS["PPC001"]
+
+
+class PPC102Bay(
+    Bay,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithChanEnableState,
+    generic.WithModDigOutputs,
+    generic.CanIdentify,
+    piezo.WithPosControlMode,
+    piezo.WithOutputVolts,
+    piezo.WithOutputPos,
+    piezo.CanGetMaxTravel,
+    piezo.WithPzStatusBits,
+    piezo.WithPzStatusUpdate,
+    piezo.CanAckPzStatusUpdate,
+    piezo.WithOutputMaxVolts,
+    piezo.CanSetPzStageParamDefaults,
+    piezo.WithPpcPidConsts,
+    piezo.WithPpcNotchParams,
+    piezo.WithPpcIoSettings,
+    piezo.WithPzEepromParams,
+):
+    """One bay of a PPC102 for asyncio: a controller with one channel.
+
+    Bay 1 is at 0x21, bay 2 is at 0x22.
+    """
+
+
+class _PPC102Calls(
+    RackDevice[PPC102Bay],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithRackBayUsed,
+):
+    """The calls of a PPC102 for asyncio."""
+
+
+class PPC102(_PPC102Calls):
+    """Two-channel benchtop precision piezo controller for asyncio.
+
+    PPC102, Issue 37, page 46. Its messages: the printed list, Issue 37, page 4.
+
+    A card slot system (page 46). A public driver addresses the channels as bays at 0x21 and 0x22,
+    each with CHAN1 (CaltechOpticalObservatories/hispec/hispec/util/thorlabs/gimbal/PPC102_lib.py).
+    The meaning of its status bits is not documented.
+
+    Evidence: independent driver.
+    """
+
+    facts = FACTS
+    unit = UNITS["PPC102"]
+    bay_class = PPC102Bay
+
+
 class _TBD001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
@@ -3143,6 +4217,210 @@ class TDC001(_TDC001Calls):
     unit = UNITS["TDC001"]
 
 
+class TIM101Channel(
+    Channel,
+    generic.WithChanEnableState,
+    generic.CanIdentify,
+    motor.CanStop,
+    motor.WithMotEepromParams,
+    inertial.WithDriveOpParams,
+    inertial.WithPosCounters,
+    inertial.WithTimButtonParams,
+    inertial.WithTimJogParams,
+    inertial.WithTimPotParams,
+    inertial.CanPzmotMoveAbsolute,
+    inertial.CanMoveJog,
+):
+    """One channel of a TIM101 for asyncio."""
+
+    if TYPE_CHECKING:
+        _reported: v.MoveStoppedStepper | v.MoveCompleted | v.PosCounters
+
+
+class _TIM101Calls(
+    ChannelsDevice[TIM101Channel],
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithHubBayUsed,
+    inertial.WithPzmotStatusUpdate,
+    inertial.CanPzmotAckStatusUpdate,
+):
+    """The calls of a TIM101 for asyncio."""
+
+
+class TIM101(_TIM101Calls):
+    """Four-channel T-Cube inertial motor controller for asyncio.
+
+    TIM101, Issue 37, page 28. Its messages: the printed lists, Issue 37, page 28; Programs of the
+    vendor, section Inertial motors.
+
+    TIM001 on page 33. Page 47 gives it the idents 1, 2, 4 and 8. A public driver enables a channel
+    with MOD_SET_CHANENABLESTATE before each move, and a jog of another channel is ignored (github
+    weatherhead99/foxtrot, 949236f, devices/BSC203/TIM101.cpp).
+
+    Evidence: independent driver.
+    """
+
+    facts = FACTS
+    unit = UNITS["TIM101"]
+    channel_class = TIM101Channel
+
+
+class _TLD001Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    laser.WithLaDispSettings,
+    laser.WithPowerControlSource,
+    laser.WithPowerSetpoint,
+    laser.WithMiscParams,
+    laser.WithLaStatusBits,
+    laser.WithLdCurrentAndPower,
+    laser.WithMaxCurrent,
+    laser.WithLaEepromParams,
+    laser.CanEnableOutput,
+    laser.CanDisableOutput,
+    laser.CanOpenLoop,
+    laser.CanClosedLoop,
+    laser.CanMaxCurrentAdjust,
+    laser.WithMaxCurrentDigPot,
+    laser.CanFindTiaGain,
+    laser.CanTiaGainAdjust,
+    laser.WithLdStatusUpdate,
+    laser.CanLdAckStatusUpdate,
+):
+    """The calls of a TLD001 for asyncio."""
+
+
+class TLD001(_TLD001Calls):
+    """T-Cube laser diode driver for asyncio.
+
+    TLD001, Issue 37, page 295. Its messages: the printed list, Issue 37, page 26.
+    """
+
+    facts = FACTS
+    unit = UNITS["TLD001"]
+
+
+class _TLS001Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    laser.WithLaDispSettings,
+    laser.WithPowerControlSource,
+    laser.WithPowerSetpoint,
+    laser.WithLaCurrentAndPower,
+    laser.WithMaxLimits,
+    laser.WithLaStatusBits,
+    laser.WithLaEepromParams,
+    laser.CanEnableOutput,
+    laser.CanDisableOutput,
+    laser.WithLaStatusUpdate,
+    laser.CanLaAckStatusUpdate,
+):
+    """The calls of a TLS001 for asyncio."""
+
+
+class TLS001(_TLS001Calls):
+    """T-Cube laser source for asyncio.
+
+    TLS001, Issue 37, page 295. Its messages: the printed lists, Issue 37, pages 26, 305.
+    """
+
+    facts = FACTS
+    unit = UNITS["TLS001"]
+
+
+class _TNA001Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.WithHubBayUsed,
+    generic.CanIdentify,
+    nanotrak.CanSetNtMode,
+    nanotrak.WithNtMode,
+    nanotrak.WithNtTrackThreshold,
+    nanotrak.WithNtCircHomePos,
+    nanotrak.CanMoveNtCircToHomePos,
+    nanotrak.WithNtCircCentrePos,
+    nanotrak.WithNtCircParams,
+    nanotrak.WithNtCircDia,
+    nanotrak.WithNtCircDiaLut,
+    nanotrak.WithNtPhaseCompParams,
+    nanotrak.WithNtTiaRangeParams,
+    nanotrak.WithNtGainParams,
+    nanotrak.WithNtTiaLpFilterParams,
+    nanotrak.WithNtTiaReading,
+    nanotrak.WithNtFeedbackSrc,
+    nanotrak.WithNtStatusBits,
+    nanotrak.WithNtStatusUpdate,
+    nanotrak.CanAckNtStatusUpdate,
+    nanotrak.WithNtEepromParams,
+    nanotrak.WithTnaDispSettings,
+    nanotrak.WithTnaIoSettings,
+):
+    """The calls of a TNA001 for asyncio."""
+
+
+class TNA001(_TNA001Calls):
+    """T-Cube NanoTrak controller for asyncio.
+
+    TNA001, Issue 37, page 24. Its messages: the printed list, Issue 37, page 24.
+
+    It has no piezo outputs of its own and controls external piezo drivers. Its channels are assumed
+    as those of the BNT001.
+
+    Evidence: vendor program and independent driver.
+    """
+
+    facts = FACTS
+    unit = UNITS["TNA001"]
+
+
+class _TPA101Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    quad.WithDisplaySettings,
+    quad.WithQuadLoopParams,
+    quad.WithLoopParams2,
+    quad.WithOperMode,
+    quad.WithPosDemandParams,
+    quad.WithPositionOutputs,
+    quad.WithQuadReadings,
+    quad.WithQuadStatusBits,
+    quad.CanSetEepromParams,
+    quad.WithQuadStatusUpdate,
+    quad.CanQuadAckStatusUpdate,
+):
+    """The calls of a TPA101 for asyncio."""
+
+
+class TPA101(_TPA101Calls):
+    """T-Cube position aligner for asyncio.
+
+    TPA101, Issue 37, page 27. Its messages: the printed lists, Issue 37, page 27.
+
+    Page 33 gives it no prefix. The examples have the address 0x50.
+    """
+
+    facts = FACTS
+    unit = UNITS["TPA101"]
+
+
 class _TPZ001Calls(
     SingleChannelDevice,
     generic.CanDisconnect,
@@ -3170,7 +4448,7 @@ class _TPZ001Calls(
 class TPZ001(_TPZ001Calls):
     """One-channel T-Cube piezo driver for asyncio.
 
-    TPZ001, Issue 3, page 93. Its messages: the printed list, Issue 3, page 133.
+    TPZ001, Issue 3, page 93. Its messages: the printed lists, Issue 3, page 133; Issue 37, page 5.
 
     Its list has no server-alive message. Pages 101 and 103 describe its status bits, but the list
     has no PZ_REQ_PZSTATUSBITS: the status messages contain them. It also has no PZ_REQ_MAXTRAVEL,
@@ -3179,6 +4457,39 @@ class TPZ001(_TPZ001Calls):
 
     facts = FACTS
     unit = UNITS["TPZ001"]
+
+
+class _TQD001Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    quad.WithDisplaySettings,
+    quad.WithQuadLoopParams,
+    quad.WithOperMode,
+    quad.WithPosDemandParams,
+    quad.WithPositionOutputs,
+    quad.WithQuadReadings,
+    quad.WithQuadStatusBits,
+    quad.CanSetEepromParams,
+    quad.WithQuadStatusUpdate,
+):
+    """The calls of a TQD001 for asyncio."""
+
+
+class TQD001(_TQD001Calls):
+    """T-Cube quad detector reader for asyncio.
+
+    TQD001, Issue 37, page 27. Its messages: the printed list, Issue 37, page 27.
+
+    Its list has no server-alive message, so its status messages may stop after about 50 (page 352);
+    ask for the status instead.
+    """
+
+    facts = FACTS
+    unit = UNITS["TQD001"]
 
 
 class _TSC001Calls(
@@ -3229,7 +4540,7 @@ class _TSG001Calls(
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
     generic.CanIdentify,
-    piezo.WithMaxTravel,
+    piezo.CanGetMaxTravel,
     piezo.CanSetZero,
     piezo.CanAckPzStatusUpdate,
     piezo.WithPzEepromParams,
@@ -3243,7 +4554,7 @@ class _TSG001Calls(
 class TSG001(_TSG001Calls):
     """One-channel T-Cube strain gauge reader for asyncio.
 
-    TSG001, Issue 3, page 93. Its messages: the printed list, Issue 3, page 134.
+    TSG001, Issue 3, page 93. Its messages: the printed list, Issue 37, page 6.
 
     The meaning of its status bits is not documented. Page 129 says that readings are sampled at 500
     Hz, which is not the rate of the status messages.
@@ -3368,3 +4679,35 @@ class TST101(_TST101Calls):
 
     facts = FACTS
     unit = UNITS["TST101"]
+
+
+class _TTC001Calls(
+    SingleChannelDevice,
+    generic.CanDisconnect,
+    generic.WithInfo,
+    generic.CanStartUpdates,
+    generic.CanStopUpdates,
+    generic.CanIdentify,
+    tec.WithTecDispSettings,
+    tec.WithTecIoSettings,
+    tec.WithTecLoopParams,
+    tec.WithTempSetPoint,
+    tec.WithTecReadings,
+    tec.WithTecStatusBits,
+    tec.WithTecEepromParams,
+    tec.WithTecStatusUpdate,
+    tec.CanTecAckStatusUpdate,
+):
+    """The calls of a TTC001 for asyncio."""
+
+
+class TTC001(_TTC001Calls):
+    """T-Cube controller for a thermoelectric cooler for asyncio.
+
+    TTC001, Issue 37, page 355. Its messages: the printed list, Issue 37, page 28.
+
+    Page 355 calls it TEC001. The document has no message that switches its output on or off.
+    """
+
+    facts = FACTS
+    unit = UNITS["TTC001"]

@@ -11,19 +11,31 @@ from stagewire_apt import messages as m
 from stagewire_apt.devices import values as v
 
 __all__ = [
+    "ABNORMAL_MOVE_DETECTION",
     "ACK_DC_STATUS_UPDATE",
+    "ACK_NT_STATUS_UPDATE",
     "ACK_PZ_STATUS_UPDATE",
     "ADC_INPUTS",
+    "AMP_OUT_PARAMS",
     "ANALOG_MONITOR_CONFIG",
     "AUX_IO_CONFIG",
     "AV_MODES",
     "BOW_INDEX",
     "BUTTON_PARAMS",
     "CHAN_ENABLE_STATE",
+    "CLOSED_LOOP",
+    "CLOSED_LOOP_PARAMS",
+    "CLOSE_MOVE_PARAMS",
+    "CONVERSION_FACTOR",
     "DC_PID_PARAMS",
     "DC_STATUS_UPDATE",
+    "DISABLE_OUTPUT",
     "DISCONNECT",
+    "DISPLAY_SETTINGS",
+    "DRIVE_OP_PARAMS",
+    "ENABLE_OUTPUT",
     "ENC_COUNTER",
+    "FIND_TIA_GAIN",
     "GEN_MOVE_PARAMS",
     "HOME",
     "HOME_PARAMS",
@@ -36,17 +48,52 @@ __all__ = [
     "JOG",
     "JOG_PARAMS",
     "JOYSTICK_PARAMS",
+    "KCUBE_CHAN_ENABLE_MODE",
+    "KCUBE_FEEDBACK_SIG_PARAMS",
+    "KCUBE_JOG_PARAMS",
     "KCUBE_KST_LOOP_PARAMS",
     "KCUBE_MMI_LOCK",
     "KCUBE_MMI_PARAMS",
+    "KCUBE_MOVE_ABSOLUTE_PARAMS",
+    "KCUBE_MOVE_RELATIVE_PARAMS",
     "KCUBE_POS_TRIG_PARAMS",
     "KCUBE_TRIG_IO_CONFIG",
+    "KCUBE_TRIG_PARAMS",
+    "KLD_DIG_OUTPUTS",
+    "KNA_KCUBE_MMI_PARAMS",
+    "KNA_KCUBE_TRIG_IO_CONFIG",
+    "KPA_DIG_OUTPUTS",
+    "KPA_TRIG_IO_CONFIG",
+    "KPC_IO_SETTINGS",
+    "KPC_KCUBE_MMI_PARAMS",
+    "KPC_KCUBE_TRIG_IO_CONFIG",
+    "KPZ_KCUBE_MMI_PARAMS",
+    "KPZ_KCUBE_TRIG_IO_CONFIG",
+    "KSG_KCUBE_MMI_PARAMS",
+    "KSG_KCUBE_TRIG_IO_CONFIG",
+    "LA_ACK_STATUS_UPDATE",
+    "LA_CURRENT_AND_POWER",
+    "LA_DISP_SETTINGS",
+    "LA_EEPROM_PARAMS",
+    "LA_KCUBE_TRIG_IO_CONFIG",
+    "LA_STATUS_BITS",
+    "LA_STATUS_UPDATE",
     "LCD_DISPLAY_PARAMS",
     "LCD_MOVE_PARAMS",
+    "LD_ACK_STATUS_UPDATE",
+    "LD_CURRENT_AND_POWER",
+    "LD_STATUS_UPDATE",
     "LIM_SWITCH_PARAMS",
+    "LOOP_PARAMS_2",
     "LUT_VALUE_TYPE",
+    "MAX_CURRENT",
+    "MAX_CURRENT_ADJUST",
+    "MAX_CURRENT_DIG_POT",
+    "MAX_LIMITS",
     "MAX_TRAVEL",
     "MFF_OPER_PARAMS",
+    "MISC_PARAMS",
+    "MMI_PARAMS",
     "MOD_DIG_OUTPUTS",
     "MOT_EEPROM_PARAMS",
     "MOT_STATUS_BITS",
@@ -54,20 +101,47 @@ __all__ = [
     "MOVE_ABSOLUTE",
     "MOVE_ABSOLUTE_STORED",
     "MOVE_ABS_PARAMS",
+    "MOVE_JOG",
+    "MOVE_NT_CIRC_TO_HOME_POS",
     "MOVE_RASTER",
     "MOVE_RELATIVE",
     "MOVE_RELATIVE_STORED",
     "MOVE_REL_PARAMS",
+    "MOVE_START",
     "MOVE_SYNCH_PARAMS",
     "MOVE_SYNCH_START",
     "MOVE_SYNCH_START_0A06",
     "MOVE_VELOCITY",
+    "NETWORK_PARAMS",
     "NO_FLASH_PROGRAMMING",
+    "NT_CIRC_CENTRE_POS",
+    "NT_CIRC_DIA",
+    "NT_CIRC_DIA_LUT",
+    "NT_CIRC_HOME_POS",
+    "NT_CIRC_PARAMS",
+    "NT_EEPROM_PARAMS",
+    "NT_FEEDBACK_SRC",
+    "NT_GAIN_PARAMS",
+    "NT_MODE",
+    "NT_PHASE_COMP_PARAMS",
+    "NT_STATUS_BITS",
+    "NT_STATUS_UPDATE",
+    "NT_TIA_LP_FILTER_COEFFS",
+    "NT_TIA_LP_FILTER_PARAMS",
+    "NT_TIA_RANGE_PARAMS",
+    "NT_TIA_READING",
+    "NT_TRACK_THRESHOLD",
+    "OPEN_LOOP",
+    "OPEN_MOVE_PARAMS",
+    "OPER_MODE",
     "OUTPUT_LUT",
     "OUTPUT_LUT_PARAMS",
     "OUTPUT_MAX_VOLTS",
     "OUTPUT_POS",
     "OUTPUT_VOLTS",
+    "PARAMS",
+    "PDXC2_JOG_PARAMS",
+    "PID_CRITERIA",
     "PI_CONSTS",
     "PMD_CURRENT_LOOP_PARAMS",
     "PMD_MOTOR_OUTPUT_PARAMS",
@@ -76,22 +150,50 @@ __all__ = [
     "PMD_SETTLED_CURRENT_LOOP_PARAMS",
     "PMD_STAGE_AXIS_PARAMS",
     "PMD_TRACK_SETTLE_PARAMS",
+    "POSITION_OUTPUTS",
     "POS_CONTROL_MODE",
     "POS_COUNTER",
+    "POS_COUNTERS",
+    "POS_DEMAND_PARAMS",
     "POS_TRIG_EN_STATE",
     "POT_PARAMS",
+    "POWER_CONTROL_SOURCE",
     "POWER_PARAMS",
+    "POWER_SETPOINT",
+    "PPC_IO_SETTINGS",
+    "PPC_NOTCH_PARAMS",
+    "PPC_PID_CONSTS",
+    "PZMOT_ACK_STATUS_UPDATE",
+    "PZMOT_HOME_PARAMS",
+    "PZMOT_KCUBE_MMI_PARAMS",
+    "PZMOT_KCUBE_TRIG_IO_CONFIG",
+    "PZMOT_LIM_SWITCH_PARAMS",
+    "PZMOT_MOVE_ABSOLUTE",
+    "PZMOT_MOVE_ABSOLUTE_STORED",
+    "PZMOT_MOVE_RELATIVE",
+    "PZMOT_MOVE_RELATIVE_STORED",
+    "PZMOT_MOVE_VELOCITY",
+    "PZMOT_STATUS_UPDATE",
+    "PZMOT_STOP",
     "PZ_EEPROM_PARAMS",
     "PZ_STATUS_BITS",
+    "PZ_STATUS_UPDATE",
+    "QUAD_ACK_STATUS_UPDATE",
+    "QUAD_LOOP_PARAMS",
+    "QUAD_READINGS",
+    "QUAD_STATUS_BITS",
+    "QUAD_STATUS_UPDATE",
     "RACK_BAY_USED",
     "RACK_DIG_OUTPUTS",
     "RACK_STATUS_BITS",
     "RASTER_MOVE_PARAMS",
     "RESUME_END_OF_MOVE_MSGS",
+    "SET_EEPROM_PARAMS",
     "SET_MOVE_SYNCH_ARRAY",
     "SET_MOVE_SYNCH_ARRAY_0A00",
     "SET_MOVE_SYNCH_PARAMS_0A03",
     "SET_MOVE_SYNCH_PARAMS_0A03_SHORT",
+    "SET_NT_MODE",
     "SET_PZ_STAGE_PARAM_DEFAULTS",
     "SET_ZERO",
     "SOL_CYCLE_PARAMS",
@@ -100,15 +202,34 @@ __all__ = [
     "SOL_STATE",
     "START_LUT_OUTPUT",
     "START_UPDATES",
+    "START_XY_SCAN",
     "STATUS_UPDATE",
     "STOP",
     "STOP_LUT_OUTPUT",
     "STOP_UPDATES",
+    "STOP_XY_SCAN",
     "SUSPEND_END_OF_MOVE_MSGS",
+    "TEC_ACK_STATUS_UPDATE",
+    "TEC_DISP_SETTINGS",
+    "TEC_EEPROM_PARAMS",
+    "TEC_IO_SETTINGS",
+    "TEC_LOOP_PARAMS",
+    "TEC_READINGS",
+    "TEC_STATUS_BITS",
+    "TEC_STATUS_UPDATE",
+    "TEMP_SET_POINT",
+    "TIA_GAIN_ADJUST",
+    "TIM_BUTTON_PARAMS",
+    "TIM_JOG_PARAMS",
+    "TIM_POT_PARAMS",
+    "TNA_DISP_SETTINGS",
+    "TNA_IO_SETTINGS",
     "TPZ_DISP_SETTINGS",
     "TPZ_IO_SETTINGS",
     "TPZ_SLEW_RATES",
     "TRIGGER",
+    "TRIGGER_MODE",
+    "TRIGGER_PARAMS",
     "TSG_IO_SETTINGS",
     "TSG_READING",
     "TST_ACTUATOR_TYPE",
@@ -1600,9 +1721,20 @@ OUTPUT_POS = ParameterSet(
 MAX_TRAVEL = ParameterSet(
     "max_travel",
     values=v.MaxTravel,
-    set=None,
+    set=m.PzSetMaxTravel,
     req=m.PzReqMaxTravel,
     get=m.PzGetMaxTravel,
+    given=(
+        Given(
+            "travel",
+            "travel",
+            quantity="travel",
+            ways=(("um", "um", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    effect="motion",
 )
 
 INPUT_VOLTS_SRC = ParameterSet(
@@ -1634,6 +1766,13 @@ PZ_STATUS_BITS = ParameterSet(
     set=None,
     req=m.PzReqPzStatusBits,
     get=m.PzGetPzStatusBits,
+)
+
+PZ_STATUS_UPDATE = Query(
+    "pz_status_update",
+    values=v.PzStatusUpdate,
+    req=m.PzReqPzStatusUpdate,
+    gets=(m.PzGetPzStatusUpdate,),
 )
 
 IO_SETTINGS = ParameterSet(
@@ -1706,6 +1845,123 @@ TPZ_SLEW_RATES = ParameterSet(
             maximum=32767,
         ),
     ),
+)
+
+PPC_PID_CONSTS = ParameterSet(
+    "ppc_pid_consts",
+    values=v.PpcPidConsts,
+    set=m.PzSetPpcPidConsts,
+    req=m.PzReqPpcPidConsts,
+    get=m.PzGetPpcPidConsts,
+    given=(
+        Given("pid_consts_p", "pid_consts_p", minimum=0, maximum=10000),
+        Given("pid_consts_i", "pid_consts_i", minimum=0, maximum=10000),
+        Given("pid_consts_d", "pid_consts_d", minimum=0, maximum=10000),
+        Given("pid_consts_dfc", "pid_consts_dfc", minimum=0, maximum=10000),
+        Given(
+            "pid_deriv_filter_on",
+            "pid_deriv_filter_on",
+            choices=e.DerivativeFilter,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    effect="tuning",
+)
+
+PPC_NOTCH_PARAMS = ParameterSet(
+    "ppc_notch_params",
+    values=v.PpcNotchParams,
+    set=m.PzSetPpcNotchParams,
+    req=m.PzReqPpcNotchParams,
+    get=m.PzGetPpcNotchParams,
+    given=(
+        Given("filter_no", "filter_no", choices=e.NotchFilter, minimum=0, maximum=65535),
+        Given(
+            "filter1_fc",
+            "filter1_fc",
+            quantity="notch_frequency",
+            ways=(("filter1_fc_hz", "Hz", None),),
+            minimum=0,
+            maximum=500,
+        ),
+        Given("filter1_q", "filter1_q", minimum=0, maximum=100),
+        Given(
+            "notch_filter1_on",
+            "notch_filter1_on",
+            choices=e.NotchFilterState,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "filter2_fc",
+            "filter2_fc",
+            quantity="notch_frequency",
+            ways=(("filter2_fc_hz", "Hz", None),),
+            minimum=0,
+            maximum=500,
+        ),
+        Given("filter2_q", "filter2_q", minimum=0, maximum=100),
+        Given(
+            "notch_filter2_on",
+            "notch_filter2_on",
+            choices=e.NotchFilterState,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    effect="tuning",
+)
+
+PPC_IO_SETTINGS = ParameterSet(
+    "ppc_io_settings",
+    values=v.PpcIoSettings,
+    set=m.PzSetPpcIoSettings,
+    req=m.PzReqPpcIoSettings,
+    get=m.PzGetPpcIoSettings,
+    given=(
+        Given("control_src", "control_src", choices=e.PpcControlSource, minimum=0, maximum=65535),
+        Given(
+            "monitor_op_sig",
+            "monitor_op_sig",
+            choices=e.PpcMonitorSignal,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "monitor_op_bw",
+            "monitor_op_bw",
+            choices=e.PpcMonitorFilter,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "feedback_src",
+            "feedback_src",
+            choices=e.PpcFeedbackSource,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("fp_brightness", "fp_brightness", choices=e.PpcBrightness, minimum=0, maximum=65535),
+    ),
+    effect="motion",
+)
+
+PID_CRITERIA = ParameterSet(
+    "pid_criteria",
+    values=v.PidCriteria,
+    set=m.PzSetPidCriteria,
+    req=m.PzReqPidCriteria,
+    get=m.PzGetPidCriteria,
+    given=(
+        Given("criterion", "criterion", choices=e.NearTargetCriterion, minimum=0, maximum=255),
+        Given("index", "index", choices=e.PidIndex, minimum=0, maximum=65535),
+        Given("target_error_window", "target_error_window", minimum=0, maximum=65535),
+    ),
+    effect="tuning",
 )
 
 OUTPUT_LUT = ParameterSet(
@@ -1844,7 +2100,7 @@ TSG_IO_SETTINGS = ParameterSet(
             quantity="force_calibration",
             ways=(("newtons", "N", None),),
             minimum=1,
-            maximum=65535,
+            maximum=4294967295,
         ),
     ),
     effect="motion",
@@ -1856,6 +2112,325 @@ TSG_READING = ParameterSet(
     set=None,
     req=m.PzReqTsgReading,
     get=m.PzGetTsgReading,
+)
+
+KPZ_KCUBE_MMI_PARAMS = ParameterSet(
+    "kcube_mmi_params",
+    values=v.KpzKcubeMmiParams,
+    set=m.KpzSetKcubeMmiParams,
+    req=m.KpzReqKcubeMmiParams,
+    get=m.KpzGetKcubeMmiParams,
+    given=(
+        Given("js_mode", "js_mode", choices=e.KpzWheelMode, minimum=0, maximum=65535),
+        Given(
+            "js_volt_gearbox",
+            "js_volt_gearbox",
+            choices=e.KpzWheelGear,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "js_volt_step",
+            "js_volt_step",
+            quantity="output_volts",
+            ways=(("js_volt_step_volts", "V", None),),
+            minimum=0,
+            maximum=32767,
+        ),
+        Given("dir_sense", "dir_sense", choices=e.KpzWheelDirection, minimum=0, maximum=65535),
+        Given(
+            "preset_volt1",
+            "preset_volt1",
+            quantity="output_volts",
+            ways=(("preset_volt1_volts", "V", None),),
+            minimum=-32767,
+            maximum=32767,
+        ),
+        Given(
+            "preset_volt2",
+            "preset_volt2",
+            quantity="output_volts",
+            ways=(("preset_volt2_volts", "V", None),),
+            minimum=-32767,
+            maximum=32767,
+        ),
+        Given(
+            "disp_brightness",
+            "disp_brightness",
+            quantity="percent",
+            ways=(("disp_brightness_percent", "percent", None),),
+            minimum=0,
+            maximum=100,
+        ),
+        Given(
+            "disp_timeout",
+            "disp_timeout",
+            quantity="minutes",
+            ways=(("disp_timeout_min", "min", None),),
+            minimum=0,
+            maximum=480,
+        ),
+        Given("disp_dim_level", "disp_dim_level", minimum=0, maximum=10),
+    ),
+)
+
+KPZ_KCUBE_TRIG_IO_CONFIG = ParameterSet(
+    "kcube_trig_io_config",
+    values=v.KpzKcubeTrigIoConfig,
+    set=m.KpzSetKcubeTrigIoConfig,
+    req=m.KpzReqKcubeTrigIoConfig,
+    get=m.KpzGetKcubeTrigIoConfig,
+    given=(
+        Given("trig1_mode", "trig1_mode", choices=e.KpzTriggerMode, minimum=0, maximum=65535),
+        Given(
+            "trig1_polarity",
+            "trig1_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("trig2_mode", "trig2_mode", choices=e.KpzTriggerMode, minimum=0, maximum=65535),
+        Given(
+            "trig2_polarity",
+            "trig2_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    others=((m.KpzGetKcubeTrigIoConfigShort, m.KpzSetKcubeTrigIoConfigShort),),
+    effect="motion",
+)
+
+KSG_KCUBE_MMI_PARAMS = ParameterSet(
+    "kcube_mmi_params",
+    values=v.KsgKcubeMmiParams,
+    set=m.KsgSetKcubeMmiParams,
+    req=m.KsgReqKcubeMmiParams,
+    get=m.KsgGetKcubeMmiParams,
+    given=(
+        Given(
+            "disp_intensity",
+            "disp_intensity",
+            quantity="percent",
+            ways=(("disp_intensity_percent", "percent", None),),
+            minimum=0,
+            maximum=100,
+        ),
+        Given(
+            "disp_timeout",
+            "disp_timeout",
+            quantity="minutes",
+            ways=(("disp_timeout_min", "min", None),),
+            minimum=0,
+            maximum=480,
+        ),
+        Given("disp_dim_level", "disp_dim_level", minimum=0, maximum=10),
+    ),
+)
+
+KSG_KCUBE_TRIG_IO_CONFIG = ParameterSet(
+    "kcube_trig_io_config",
+    values=v.KsgKcubeTrigIoConfig,
+    set=m.KsgSetKcubeTrigIoConfig,
+    req=m.KsgReqKcubeTrigIoConfig,
+    get=m.KsgGetKcubeTrigIoConfig,
+    given=(
+        Given("trig1_mode", "trig1_mode", choices=e.KsgTriggerMode, minimum=0, maximum=65535),
+        Given(
+            "trig1_polarity",
+            "trig1_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("trig2_mode", "trig2_mode", choices=e.KsgTriggerMode, minimum=0, maximum=65535),
+        Given(
+            "trig2_polarity",
+            "trig2_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("lower_lim", "lower_lim", minimum=-100, maximum=100),
+        Given("upper_lim", "upper_lim", minimum=-100, maximum=100),
+        Given("smoothing_samples", "smoothing_samples", minimum=0, maximum=1000),
+    ),
+    effect="motion",
+)
+
+KPC_KCUBE_TRIG_IO_CONFIG = ParameterSet(
+    "kcube_trig_io_config",
+    values=v.KpcKcubeTrigIoConfig,
+    set=m.KpcSetKcubeTrigIoConfig,
+    req=m.KpcReqKcubeTrigIoConfig,
+    get=m.KpcGetKcubeTrigIoConfig,
+    given=(
+        Given("trig1_mode", "trig1_mode", choices=e.KpcTriggerMode, minimum=0, maximum=65535),
+        Given(
+            "trig1_polarity",
+            "trig1_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("trig2_mode", "trig2_mode", choices=e.KpcTriggerMode, minimum=0, maximum=65535),
+        Given(
+            "trig2_polarity",
+            "trig2_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lower_lim",
+            "lower_lim",
+            quantity="share_32767",
+            ways=(("lower_lim_percent", "percent", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given(
+            "upper_lim",
+            "upper_lim",
+            quantity="share_32767",
+            ways=(("upper_lim_percent", "percent", None),),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given("smoothing_samples", "smoothing_samples", minimum=0, maximum=65535),
+        Given(
+            "monitor_signal",
+            "monitor_signal",
+            choices=e.KpcMonitorSignal,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("monitor_filter", "monitor_filter", minimum=0, maximum=65535),
+        Given(
+            "monitor_output",
+            "monitor_output",
+            quantity="monitor_volts",
+            ways=(("monitor_output_volts", "V", None),),
+            minimum=-32768,
+            maximum=32767,
+        ),
+    ),
+    effect="motion",
+)
+
+KPC_KCUBE_MMI_PARAMS = ParameterSet(
+    "kcube_mmi_params",
+    values=v.KpcKcubeMmiParams,
+    set=m.KpcSetKcubeMmiParams,
+    req=m.KpcReqKcubeMmiParams,
+    get=m.KpcGetKcubeMmiParams,
+    given=(
+        Given("js_mode", "js_mode", choices=e.KpcWheelMode, minimum=0, maximum=65535),
+        Given("js_gearbox", "js_gearbox", choices=e.KpzWheelGear, minimum=0, maximum=65535),
+        Given(
+            "js_volt_step",
+            "js_volt_step",
+            quantity="output_volts",
+            ways=(("js_volt_step_volts", "V", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "js_pos_step",
+            "js_pos_step",
+            quantity="piezo_position",
+            ways=(("js_pos_step_um", "um", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("dir_sense", "dir_sense", choices=e.KpzWheelDirection, minimum=0, maximum=65535),
+        Given(
+            "preset_volt1",
+            "preset_volt1",
+            quantity="output_volts",
+            ways=(("preset_volt1_volts", "V", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "preset_volt2",
+            "preset_volt2",
+            quantity="output_volts",
+            ways=(("preset_volt2_volts", "V", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "preset_pos1",
+            "preset_pos1",
+            quantity="piezo_position",
+            ways=(("preset_pos1_um", "um", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "preset_pos2",
+            "preset_pos2",
+            quantity="piezo_position",
+            ways=(("preset_pos2_um", "um", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "disp_brightness",
+            "disp_brightness",
+            quantity="percent",
+            ways=(("disp_brightness_percent", "percent", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "disp_timeout",
+            "disp_timeout",
+            quantity="minutes",
+            ways=(("disp_timeout_min", "min", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("disp_dim_level", "disp_dim_level", minimum=0, maximum=65535),
+    ),
+)
+
+KPC_IO_SETTINGS = ParameterSet(
+    "io_settings",
+    values=v.KpcIoSettings,
+    set=m.KpcSetIoSettings,
+    req=m.KpcReqIoSettings,
+    get=m.KpcGetIoSettings,
+    given=(
+        Given(
+            "voltage_limit",
+            "voltage_limit",
+            quantity="volts",
+            ways=(("volts", "V", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("analog_input", "analog_input", choices=e.KpcAnalogInput, minimum=0, maximum=65535),
+        Given("filter", "filter", minimum=0, maximum=65535),
+        Given(
+            "voltage_range",
+            "voltage_range",
+            choices=e.KpcVoltageRange,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("force_sense", "force_sense", minimum=0, maximum=65535),
+        Given(
+            "strain_gauge_option",
+            "strain_gauge_option",
+            choices=e.KpcStrainGaugeOption,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    effect="motion",
 )
 
 MFF_OPER_PARAMS = ParameterSet(
@@ -1924,6 +2499,1691 @@ MFF_OPER_PARAMS = ParameterSet(
     effect="motion",
 )
 
+NT_MODE = ParameterSet("nt_mode", values=v.NtMode, set=None, req=m.PzReqNtMode, get=m.PzGetNtMode)
+
+NT_TRACK_THRESHOLD = ParameterSet(
+    "nt_track_threshold",
+    values=v.NtTrackThreshold,
+    set=m.PzSetNtTrackThreshold,
+    req=m.PzReqNtTrackThreshold,
+    get=m.PzGetNtTrackThreshold,
+    given=(
+        Given(
+            "threshold_abs_reading",
+            "threshold_abs_reading",
+            minimum=814313567,
+            maximum=981668463,
+            real=4,
+        ),
+    ),
+)
+
+NT_CIRC_HOME_POS = ParameterSet(
+    "nt_circ_home_pos",
+    values=v.NtCircHomePos,
+    set=m.PzSetNtCircHomePos,
+    req=m.PzReqNtCircHomePos,
+    get=m.PzGetNtCircHomePos,
+    given=(
+        Given(
+            "circ_home_pos_a",
+            "circ_home_pos_a",
+            quantity="nanotrak_units",
+            ways=(("circ_home_pos_a_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "circ_home_pos_b",
+            "circ_home_pos_b",
+            quantity="nanotrak_units",
+            ways=(("circ_home_pos_b_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+)
+
+NT_CIRC_CENTRE_POS = ParameterSet(
+    "nt_circ_centre_pos",
+    values=v.NtCircCentrePos,
+    set=None,
+    req=m.PzReqNtCircCentrePos,
+    get=m.PzGetNtCircCentrePos,
+)
+
+NT_CIRC_PARAMS = ParameterSet(
+    "nt_circ_params",
+    values=v.NtCircParams,
+    set=m.PzSetNtCircParams,
+    req=m.PzReqNtCircParams,
+    get=m.PzGetNtCircParams,
+    given=(
+        Given(
+            "circ_dia_mode",
+            "circ_dia_mode",
+            choices=e.CircleDiameterMode,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "circ_dia_sw",
+            "circ_dia_sw",
+            quantity="nanotrak_units",
+            ways=(("circ_dia_sw_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "circ_osc_freq",
+            "circ_osc_freq",
+            quantity="circle_samples",
+            ways=(("circ_osc_freq_ms", "ms", None),),
+            minimum=0,
+            maximum=65535,
+            ranges={"BNT001": (37, 350), "TNA001": (80, 400)},
+        ),
+        Given(
+            "abs_pwr_min_circ_dia",
+            "abs_pwr_min_circ_dia",
+            quantity="nanotrak_units",
+            ways=(("abs_pwr_min_circ_dia_nt", "NT", None),),
+            minimum=0,
+            maximum=32767,
+        ),
+        Given(
+            "abs_pwr_max_circ_dia",
+            "abs_pwr_max_circ_dia",
+            quantity="nanotrak_units",
+            ways=(("abs_pwr_max_circ_dia_nt", "NT", None),),
+            minimum=0,
+            maximum=32767,
+        ),
+        Given(
+            "abs_pwr_adjust_type",
+            "abs_pwr_adjust_type",
+            choices=e.CircleDiameterAdjustment,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    effect="motion",
+)
+
+NT_CIRC_DIA = Command(
+    "nt_circ_dia",
+    message=m.PzSetNtCircDia,
+    given=(
+        Given("circ_dia", "circ_dia", minimum=0, maximum=255),
+        Given("circ_dia_high", "circ_dia_high", minimum=0, maximum=255),
+    ),
+)
+
+NT_CIRC_DIA_LUT = ParameterSet(
+    "nt_circ_dia_lut",
+    values=v.NtCircDiaLut,
+    set=m.PzSetNtCircDiaLut,
+    req=m.PzReqNtCircDiaLut,
+    get=m.PzGetNtCircDiaLut,
+    given=(
+        Given(
+            "lut_val_1",
+            "lut_val_1",
+            quantity="nanotrak_units",
+            ways=(("lut_val_1_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_2",
+            "lut_val_2",
+            quantity="nanotrak_units",
+            ways=(("lut_val_2_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_3",
+            "lut_val_3",
+            quantity="nanotrak_units",
+            ways=(("lut_val_3_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_4",
+            "lut_val_4",
+            quantity="nanotrak_units",
+            ways=(("lut_val_4_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_5",
+            "lut_val_5",
+            quantity="nanotrak_units",
+            ways=(("lut_val_5_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_6",
+            "lut_val_6",
+            quantity="nanotrak_units",
+            ways=(("lut_val_6_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_7",
+            "lut_val_7",
+            quantity="nanotrak_units",
+            ways=(("lut_val_7_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_8",
+            "lut_val_8",
+            quantity="nanotrak_units",
+            ways=(("lut_val_8_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_9",
+            "lut_val_9",
+            quantity="nanotrak_units",
+            ways=(("lut_val_9_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_10",
+            "lut_val_10",
+            quantity="nanotrak_units",
+            ways=(("lut_val_10_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_11",
+            "lut_val_11",
+            quantity="nanotrak_units",
+            ways=(("lut_val_11_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_12",
+            "lut_val_12",
+            quantity="nanotrak_units",
+            ways=(("lut_val_12_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_13",
+            "lut_val_13",
+            quantity="nanotrak_units",
+            ways=(("lut_val_13_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_14",
+            "lut_val_14",
+            quantity="nanotrak_units",
+            ways=(("lut_val_14_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_15",
+            "lut_val_15",
+            quantity="nanotrak_units",
+            ways=(("lut_val_15_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "lut_val_16",
+            "lut_val_16",
+            quantity="nanotrak_units",
+            ways=(("lut_val_16_nt", "NT", None),),
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    effect="motion",
+)
+
+NT_PHASE_COMP_PARAMS = ParameterSet(
+    "nt_phase_comp_params",
+    values=v.NtPhaseCompParams,
+    set=m.PzSetNtPhaseCompParams,
+    req=m.PzReqNtPhaseCompParams,
+    get=m.PzGetNtPhaseCompParams,
+    given=(
+        Given(
+            "phase_comp_mode",
+            "phase_comp_mode",
+            choices=e.PhaseCompensationMode,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "phase_comp_asw",
+            "phase_comp_asw",
+            quantity="circle_phase",
+            ways=(("phase_comp_asw_deg", "deg", None),),
+            minimum=-32768,
+            maximum=32767,
+        ),
+        Given(
+            "phase_comp_bsw",
+            "phase_comp_bsw",
+            quantity="circle_phase",
+            ways=(("phase_comp_bsw_deg", "deg", None),),
+            minimum=-32768,
+            maximum=32767,
+        ),
+    ),
+    effect="tuning",
+)
+
+NT_TIA_RANGE_PARAMS = ParameterSet(
+    "nt_tia_range_params",
+    values=v.NtTiaRangeParams,
+    set=m.PzSetNtTiaRangeParams,
+    req=m.PzReqNtTiaRangeParams,
+    get=m.PzGetNtTiaRangeParams,
+    given=(
+        Given("range_mode", "range_mode", choices=e.TiaRangeMode, minimum=0, maximum=65535),
+        Given(
+            "range_up_limit",
+            "range_up_limit",
+            quantity="tenths_of_a_percent",
+            ways=(("range_up_limit_percent", "percent", None),),
+            minimum=0,
+            maximum=1000,
+        ),
+        Given(
+            "range_down_limit",
+            "range_down_limit",
+            quantity="tenths_of_a_percent",
+            ways=(("range_down_limit_percent", "percent", None),),
+            minimum=0,
+            maximum=1000,
+        ),
+        Given("settle_samples", "settle_samples", minimum=2, maximum=32),
+        Given(
+            "range_change_type",
+            "range_change_type",
+            choices=e.TiaRangeSteps,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "range_sw",
+            "range_sw",
+            choices=e.TiaRange,
+            minimum=0,
+            maximum=65535,
+            names={"KNA101": (e.KnaTiaRange, False)},
+        ),
+    ),
+    effect="tuning",
+)
+
+NT_GAIN_PARAMS = ParameterSet(
+    "nt_gain_params",
+    values=v.NtGainParams,
+    set=m.PzSetNtGainParams,
+    req=m.PzReqNtGainParams,
+    get=m.PzGetNtGainParams,
+    given=(
+        Given(
+            "gain_ctrl_mode",
+            "gain_ctrl_mode",
+            choices=e.NanotrakGainMode,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("nt_gain_sw", "nt_gain_sw", minimum=100, maximum=10000),
+    ),
+    effect="tuning",
+)
+
+NT_TIA_LP_FILTER_PARAMS = ParameterSet(
+    "nt_tia_lp_filter_params",
+    values=v.NtTiaLpFilterParams,
+    set=m.PzSetNtTiaLpFilterParams,
+    req=m.PzReqNtTiaLpFilterParams,
+    get=m.PzGetNtTiaLpFilterParams,
+    given=(
+        Given(
+            "filter_params",
+            "filter_params",
+            choices=e.TiaLpFilter,
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+    ),
+)
+
+NT_TIA_READING = ParameterSet(
+    "nt_tia_reading",
+    values=v.NtTiaReading,
+    set=None,
+    req=m.PzReqNtTiaReading,
+    get=m.PzGetNtTiaReading,
+)
+
+NT_FEEDBACK_SRC = ParameterSet(
+    "nt_feedback_src",
+    values=v.NtFeedbackSrc,
+    set=m.PzSetNtFeedbackSrc,
+    req=m.PzReqNtFeedbackSrc,
+    get=m.PzGetNtFeedbackSrc,
+    given=(Given("feedback_src", "feedback_src", choices=e.NanotrakInput, minimum=0, maximum=255),),
+    effect="motion",
+)
+
+NT_STATUS_BITS = ParameterSet(
+    "nt_status_bits",
+    values=v.NtStatusBits,
+    set=None,
+    req=m.PzReqNtStatusBits,
+    get=m.PzGetNtStatusBits,
+    others=((m.PzGetNtStatusBitsShort, None),),
+)
+
+NT_STATUS_UPDATE = Query(
+    "nt_status_update",
+    values=v.NtStatusUpdate,
+    req=m.PzReqNtStatusUpdate,
+    gets=(m.PzGetNtStatusUpdate,),
+)
+
+NT_TIA_LP_FILTER_COEFFS = ParameterSet(
+    "nt_tia_lp_filter_coeffs",
+    values=v.NtTiaLpFilterCoeffs,
+    set=m.KnaSetNtTiaLpFilterCoeffs,
+    req=m.KnaReqNtTiaLpFilterCoeffs,
+    get=m.KnaGetNtTiaLpFilterCoeffs,
+    given=(
+        Given(
+            "filter_params",
+            "filter_params",
+            choices=e.TiaLpFilter,
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+    ),
+)
+
+KNA_KCUBE_MMI_PARAMS = ParameterSet(
+    "kcube_mmi_params",
+    values=v.KnaKcubeMmiParams,
+    set=m.KnaSetKcubeMmiParams,
+    req=m.KnaReqKcubeMmiParams,
+    get=m.KnaGetKcubeMmiParams,
+    given=(
+        Given("wheel_step", "wheel_step", choices=e.KnaWheelStep, minimum=0, maximum=65535),
+        Given(
+            "disp_brightness",
+            "disp_brightness",
+            quantity="percent",
+            ways=(("percent", "percent", None),),
+            minimum=0,
+            maximum=100,
+        ),
+    ),
+)
+
+KNA_KCUBE_TRIG_IO_CONFIG = ParameterSet(
+    "kcube_trig_io_config",
+    values=v.KnaKcubeTrigIoConfig,
+    set=m.KnaSetKcubeTrigIoConfig,
+    req=m.KnaReqKcubeTrigIoConfig,
+    get=m.KnaGetKcubeTrigIoConfig,
+    given=(
+        Given("t1_mode", "t1_mode", choices=e.KnaTriggerPortMode, minimum=0, maximum=65535),
+        Given(
+            "t1_polarity",
+            "t1_polarity",
+            choices=e.TriggerPolarity,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("t2_mode", "t2_mode", choices=e.KnaTriggerPortMode, minimum=0, maximum=65535),
+        Given(
+            "t2_polarity",
+            "t2_polarity",
+            choices=e.TriggerPolarity,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    effect="motion",
+)
+
+NT_EEPROM_PARAMS = Command(
+    "eeprom_params",
+    message=m.NtSetEepromParams,
+    given=(Given("msg_id", "msg_id", minimum=0, maximum=65535),),
+)
+
+TNA_DISP_SETTINGS = ParameterSet(
+    "tna_disp_settings",
+    values=v.TnaDispSettings,
+    set=m.NtSetTnaDispSettings,
+    req=m.NtReqTnaDispSettings,
+    get=m.NtGetTnaDispSettings,
+    given=(
+        Given(
+            "disp_intensity",
+            "disp_intensity",
+            quantity="display_brightness",
+            ways=(("percent", "percent", None),),
+            minimum=0,
+            maximum=255,
+        ),
+    ),
+)
+
+TNA_IO_SETTINGS = ParameterSet(
+    "tna_io_settings",
+    values=v.TnaIoSettings,
+    set=m.NtSetTnaIoSettings,
+    req=m.NtReqTnaIoSettings,
+    get=m.NtGetTnaIoSettings,
+    given=(
+        Given("lv_out_range", "lv_out_range", choices=e.LvOutputRange, minimum=0, maximum=65535),
+        Given("lv_out_route", "lv_out_route", choices=e.LvOutputRoute, minimum=0, maximum=65535),
+        Given("hv_out_range", "hv_out_range", choices=f.HvOutputRange, minimum=0, maximum=65535),
+        Given("sign_io_route", "sign_io_route", choices=f.SignalIoRoute, minimum=0, maximum=65535),
+    ),
+    effect="motion",
+)
+
+LA_DISP_SETTINGS = ParameterSet(
+    "disp_settings",
+    values=v.LaDispSettings,
+    set=m.LaSetDispSettings,
+    req=m.LaReqDispSettings,
+    get=m.LaGetDispSettings,
+    given=(
+        Given(
+            "disp_intensity",
+            "disp_intensity",
+            quantity="display_brightness",
+            ways=(("percent", "percent", None),),
+            minimum=0,
+            maximum=255,
+        ),
+        Given(
+            "disp_units",
+            "disp_units",
+            choices=e.LaserDisplayUnits,
+            minimum=0,
+            maximum=65535,
+            names={"TLD001": (e.DiodeDisplayUnits, False), "KLD101": (e.DiodeDisplayUnits, False)},
+        ),
+    ),
+)
+
+KLD_DIG_OUTPUTS = ParameterSet(
+    "kld_dig_outputs",
+    values=v.KldDigOutputs,
+    set=m.LaSetKldDigOutputs,
+    req=m.LaReqKldDigOutputs,
+    get=m.LaGetKldDigOutputs,
+    given=(Given("dig_ops", "dig_ops", choices=f.KldDigitalOutputs, minimum=0, maximum=65535),),
+    effect="motion",
+)
+
+MMI_PARAMS = ParameterSet(
+    "mmi_params",
+    values=v.MmiParams,
+    set=m.LaSetMmiParams,
+    req=m.LaReqMmiParams,
+    get=m.LaGetMmiParams,
+    given=(
+        Given(
+            "disp_intensity",
+            "disp_intensity",
+            quantity="percent",
+            ways=(("percent", "percent", None),),
+            minimum=20,
+            maximum=100,
+        ),
+    ),
+)
+
+POWER_CONTROL_SOURCE = ParameterSet(
+    "power_control_source",
+    values=v.PowerControlSource,
+    set=m.LaSetPowerControlSource,
+    req=m.LaReqPowerControlSource,
+    get=m.LaGetPowerControlSource,
+    given=(
+        Given(
+            "laser_source",
+            "laser_source",
+            choices=e.LaserSource,
+            minimum=0,
+            maximum=65535,
+            names={
+                "TLD001": (e.TldLaserSource, False),
+                "KLD101": (e.KcubeLaserSource, False),
+                "KLS101": (e.KcubeLaserSource, False),
+                "KLS635": (e.KcubeLaserSource, False),
+                "KLS1550": (e.KcubeLaserSource, False),
+            },
+        ),
+    ),
+    effect="motion",
+)
+
+POWER_SETPOINT = ParameterSet(
+    "power_setpoint",
+    values=v.PowerSetpoint,
+    set=m.LaSetPowerSetpoint,
+    req=m.LaReqPowerSetpoint,
+    get=m.LaGetPowerSetpoint,
+    given=(
+        Given(
+            "set_point",
+            "set_point",
+            quantity="share_32767",
+            ways=(("percent", "percent", None),),
+            minimum=0,
+            maximum=32767,
+        ),
+    ),
+    effect="motion",
+)
+
+MISC_PARAMS = ParameterSet(
+    "misc_params",
+    values=v.MiscParams,
+    set=m.LdSetMiscParams,
+    req=m.LdReqMiscParams,
+    get=m.LdGetMiscParams,
+    given=(
+        Given("wa_calib_factor", "wa_calib_factor", minimum=0, maximum=4294967295, real=4),
+        Given(
+            "laser_polarity",
+            "laser_polarity",
+            choices=e.LaserPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("rampup", "rampup", choices=e.LaserRampup, minimum=0, maximum=65535),
+    ),
+    effect="motion",
+)
+
+LA_CURRENT_AND_POWER = ParameterSet(
+    "current_and_power",
+    values=v.LaCurrentAndPower,
+    set=None,
+    req=m.LaReqCurrentAndPower,
+    get=m.LaGetCurrentAndPower,
+)
+
+MAX_LIMITS = ParameterSet(
+    "max_limits",
+    values=v.MaxLimits,
+    set=None,
+    req=m.LaReqMaxLimits,
+    get=m.LaGetMaxLimits,
+)
+
+LA_STATUS_BITS = ParameterSet(
+    "status_bits",
+    values=v.LaStatusBits,
+    set=None,
+    req=m.LaReqStatusBits,
+    get=m.LaGetStatusBits,
+)
+
+LD_CURRENT_AND_POWER = ParameterSet(
+    "current_and_power",
+    values=v.LdCurrentAndPower,
+    set=None,
+    req=m.LdReqCurrentAndPower,
+    get=m.LdGetCurrentAndPower,
+)
+
+MAX_CURRENT = ParameterSet(
+    "max_current",
+    values=v.MaxCurrent,
+    set=None,
+    req=m.LdReqMaxCurrent,
+    get=m.LdGetMaxCurrent,
+)
+
+LA_EEPROM_PARAMS = Command(
+    "eeprom_params",
+    message=m.LaSetEepromParams,
+    given=(Given("msg_id", "msg_id", minimum=0, maximum=65535),),
+)
+
+MAX_CURRENT_DIG_POT = ParameterSet(
+    "max_current_dig_pot",
+    values=v.MaxCurrentDigPot,
+    set=m.LdSetMaxCurrentDigPot,
+    req=m.LdReqMaxCurrentDigPot,
+    get=m.LdGetMaxCurrentDigPot,
+    given=(
+        Given(
+            "max_current",
+            "max_current",
+            quantity="diode_current_limit",
+            ways=(("ma", "mA", None),),
+            minimum=0,
+            maximum=255,
+        ),
+    ),
+    effect="motion",
+)
+
+LA_STATUS_UPDATE = Query(
+    "status_update",
+    values=v.LaStatusUpdate,
+    req=m.LaReqStatusUpdate,
+    gets=(m.LaGetStatusUpdate,),
+)
+
+LD_STATUS_UPDATE = Query(
+    "status_update",
+    values=v.LdStatusUpdate,
+    req=m.LdReqStatusUpdate,
+    gets=(m.LdGetStatusUpdate,),
+)
+
+LA_KCUBE_TRIG_IO_CONFIG = ParameterSet(
+    "kcube_trig_io_config",
+    values=v.LaKcubeTrigIoConfig,
+    set=m.LaSetKcubeTrigIoConfig,
+    req=m.LaReqKcubeTrigIoConfig,
+    get=m.LaGetKcubeTrigIoConfig,
+    given=(
+        Given(
+            "trig1_mode",
+            "trig1_mode",
+            choices=e.LaserTriggerMode,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trig1_polarity",
+            "trig1_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("trig1_par", "trig1_par", minimum=0, maximum=65535),
+        Given(
+            "trig2_mode",
+            "trig2_mode",
+            choices=e.LaserTriggerMode,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trig2_polarity",
+            "trig2_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("trig2_par", "trig2_par", minimum=0, maximum=65535),
+    ),
+    effect="motion",
+)
+
+DISPLAY_SETTINGS = ParameterSet(
+    "display_settings",
+    values=v.DisplaySettings,
+    set=m.QuadSetDisplaySettings,
+    req=m.QuadReqDisplaySettings,
+    get=m.QuadGetDisplaySettings,
+    given=(
+        Given(
+            "disp_intensity",
+            "disp_intensity",
+            quantity="display_brightness",
+            ways=(("percent", "percent", None),),
+            minimum=0,
+            maximum=255,
+        ),
+        Given("disp_mode", "disp_mode", choices=e.QuadDisplayMode, minimum=0, maximum=65535),
+        Given("disp_dim_timeout", "disp_dim_timeout", minimum=0, maximum=65535),
+    ),
+)
+
+KPA_DIG_OUTPUTS = ParameterSet(
+    "kpa_dig_outputs",
+    values=v.KpaDigOutputs,
+    set=m.QuadSetKpaDigOutputs,
+    req=m.QuadReqKpaDigOutputs,
+    get=m.QuadGetKpaDigOutputs,
+    given=(Given("dig_ops", "dig_ops", choices=f.QuadDigitalOutputs, minimum=0, maximum=65535),),
+    others=((m.QuadGetKpaDigOutputsLong, m.QuadSetKpaDigOutputsLong),),
+    effect="motion",
+)
+
+KPA_TRIG_IO_CONFIG = ParameterSet(
+    "kpa_trig_io_config",
+    values=v.KpaTrigIoConfig,
+    set=m.QuadSetKpaTrigIoConfig,
+    req=m.QuadReqKpaTrigIoConfig,
+    get=m.QuadGetKpaTrigIoConfig,
+    given=(
+        Given("trig1_mode", "trig1_mode", choices=e.QuadTriggerMode, minimum=0, maximum=65535),
+        Given(
+            "trig1_polarity",
+            "trig1_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trig1_sum_min",
+            "trig1_sum_min",
+            quantity="percent",
+            ways=(("trig1_sum_min_percent", "percent", None),),
+            minimum=0,
+            maximum=99,
+        ),
+        Given(
+            "trig1_sum_max",
+            "trig1_sum_max",
+            quantity="percent",
+            ways=(("trig1_sum_max_percent", "percent", None),),
+            minimum=0,
+            maximum=99,
+        ),
+        Given(
+            "trig1_diff_threshold",
+            "trig1_diff_threshold",
+            quantity="percent",
+            ways=(("trig1_diff_threshold_percent", "percent", None),),
+            minimum=0,
+            maximum=99,
+        ),
+        Given("trig2_mode", "trig2_mode", choices=e.QuadTriggerMode, minimum=0, maximum=65535),
+        Given(
+            "trig2_polarity",
+            "trig2_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "trig2_sum_min",
+            "trig2_sum_min",
+            quantity="percent",
+            ways=(("trig2_sum_min_percent", "percent", None),),
+            minimum=0,
+            maximum=99,
+        ),
+        Given(
+            "trig2_sum_max",
+            "trig2_sum_max",
+            quantity="percent",
+            ways=(("trig2_sum_max_percent", "percent", None),),
+            minimum=0,
+            maximum=99,
+        ),
+        Given(
+            "trig2_diff_threshold",
+            "trig2_diff_threshold",
+            quantity="percent",
+            ways=(("trig2_diff_threshold_percent", "percent", None),),
+            minimum=0,
+            maximum=99,
+        ),
+    ),
+    others=((m.QuadGetKpaTrigIoConfigLong, m.QuadSetKpaTrigIoConfigLong),),
+    effect="motion",
+)
+
+QUAD_LOOP_PARAMS = ParameterSet(
+    "loop_params",
+    values=v.QuadLoopParams,
+    set=m.QuadSetLoopParams,
+    req=m.QuadReqLoopParams,
+    get=m.QuadGetLoopParams,
+    given=(
+        Given(
+            "p_gain",
+            "p_gain",
+            quantity="share_32767",
+            ways=(("p_gain_percent", "percent", None),),
+            minimum=0,
+            maximum=32767,
+        ),
+        Given(
+            "i_gain",
+            "i_gain",
+            quantity="share_32767",
+            ways=(("i_gain_percent", "percent", None),),
+            minimum=0,
+            maximum=32767,
+        ),
+        Given(
+            "d_gain",
+            "d_gain",
+            quantity="share_32767",
+            ways=(("d_gain_percent", "percent", None),),
+            minimum=0,
+            maximum=32767,
+        ),
+    ),
+    effect="tuning",
+)
+
+LOOP_PARAMS_2 = ParameterSet(
+    "loop_params_2",
+    values=v.LoopParams2,
+    set=m.QuadSetLoopParams2,
+    req=m.QuadReqLoopParams2,
+    get=m.QuadGetLoopParams2,
+    given=(
+        Given("pid_consts_p", "pid_consts_p", minimum=0, maximum=1176256512, real=4),
+        Given("pid_consts_i", "pid_consts_i", minimum=0, maximum=1176256512, real=4),
+        Given("pid_consts_d", "pid_consts_d", minimum=0, maximum=1176256512, real=4),
+        Given("pid_consts_dfc", "pid_consts_dfc", minimum=0, maximum=1176256512, real=4),
+        Given("filter_fc", "filter_fc", minimum=0, maximum=1176256512, real=4),
+        Given("filter_q", "filter_q", minimum=1036831949, maximum=1120403456, real=4),
+        Given(
+            "notch_filter_on",
+            "notch_filter_on",
+            choices=e.QuadFilterState,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "pid_deriv_filter_on",
+            "pid_deriv_filter_on",
+            choices=e.QuadFilterState,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    effect="tuning",
+)
+
+OPER_MODE = ParameterSet(
+    "oper_mode",
+    values=v.OperMode,
+    set=m.QuadSetOperMode,
+    req=m.QuadReqOperMode,
+    get=m.QuadGetOperMode,
+    given=(
+        Given(
+            "mode",
+            "mode",
+            choices=e.QuadOperatingMode,
+            minimum=1,
+            maximum=3,
+            ranges={"KPA101": (1, 4)},
+        ),
+    ),
+    effect="motion",
+)
+
+POS_DEMAND_PARAMS = ParameterSet(
+    "pos_demand_params",
+    values=v.PosDemandParams,
+    set=m.QuadSetPosDemandParams,
+    req=m.QuadReqPosDemandParams,
+    get=m.QuadGetPosDemandParams,
+    given=(
+        Given(
+            "x_pos_demand_min",
+            "x_pos_demand_min",
+            quantity="quad_volts",
+            ways=(("x_pos_demand_min_volts", "V", None),),
+            minimum=-32768,
+            maximum=32767,
+        ),
+        Given(
+            "y_pos_demand_min",
+            "y_pos_demand_min",
+            quantity="quad_volts",
+            ways=(("y_pos_demand_min_volts", "V", None),),
+            minimum=-32768,
+            maximum=32767,
+        ),
+        Given(
+            "x_pos_demand_max",
+            "x_pos_demand_max",
+            quantity="quad_volts",
+            ways=(("x_pos_demand_max_volts", "V", None),),
+            minimum=-32768,
+            maximum=32767,
+        ),
+        Given(
+            "y_pos_demand_max",
+            "y_pos_demand_max",
+            quantity="quad_volts",
+            ways=(("y_pos_demand_max_volts", "V", None),),
+            minimum=-32768,
+            maximum=32767,
+        ),
+        Given("lv_out_route", "lv_out_route", choices=e.QuadOutputRoute, minimum=0, maximum=65535),
+        Given(
+            "open_loop_pos_demands",
+            "open_loop_pos_demands",
+            choices=e.QuadOpenLoopDemand,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "x_pos_demand_fb_sense",
+            "x_pos_demand_fb_sense",
+            quantity="share_32767",
+            ways=(("x_pos_demand_fb_sense_percent", "percent", None),),
+            minimum=-32768,
+            maximum=32767,
+        ),
+        Given(
+            "y_pos_demand_fb_sense",
+            "y_pos_demand_fb_sense",
+            quantity="share_32767",
+            ways=(("y_pos_demand_fb_sense_percent", "percent", None),),
+            minimum=-32768,
+            maximum=32767,
+        ),
+    ),
+    effect="motion",
+)
+
+POSITION_OUTPUTS = ParameterSet(
+    "position_outputs",
+    values=v.PositionOutputs,
+    set=m.QuadSetPositionOutputs,
+    req=m.QuadReqPositionOutputs,
+    get=m.QuadGetPositionOutputs,
+    given=(
+        Given(
+            "x_pos",
+            "x_pos",
+            quantity="quad_volts",
+            ways=(("x_pos_volts", "V", None),),
+            minimum=-32768,
+            maximum=32767,
+        ),
+        Given(
+            "y_pos",
+            "y_pos",
+            quantity="quad_volts",
+            ways=(("y_pos_volts", "V", None),),
+            minimum=-32768,
+            maximum=32767,
+        ),
+    ),
+    effect="motion",
+)
+
+QUAD_READINGS = ParameterSet(
+    "readings",
+    values=v.QuadReadings,
+    set=None,
+    req=m.QuadReqReadings,
+    get=m.QuadGetReadings,
+)
+
+QUAD_STATUS_BITS = ParameterSet(
+    "status_bits",
+    values=v.QuadStatusBits,
+    set=None,
+    req=m.QuadReqStatusBits,
+    get=m.QuadGetStatusBits,
+)
+
+QUAD_STATUS_UPDATE = Query(
+    "status_update",
+    values=v.QuadStatusUpdate,
+    req=m.QuadReqStatusUpdate,
+    gets=(m.QuadGetStatusUpdate,),
+)
+
+TEC_DISP_SETTINGS = ParameterSet(
+    "disp_settings",
+    values=v.TecDispSettings,
+    set=m.TecSetDispSettings,
+    req=m.TecReqDispSettings,
+    get=m.TecGetDispSettings,
+    given=(
+        Given(
+            "disp_intensity",
+            "disp_intensity",
+            quantity="display_brightness",
+            ways=(("percent", "percent", None),),
+            minimum=0,
+            maximum=255,
+        ),
+        Given("disp_mode", "disp_mode", choices=e.TecDisplayMode, minimum=0, maximum=65535),
+    ),
+)
+
+TEC_IO_SETTINGS = ParameterSet(
+    "io_settings",
+    values=v.TecIoSettings,
+    set=m.TecSetIoSettings,
+    req=m.TecReqIoSettings,
+    get=m.TecGetIoSettings,
+    given=(
+        Given("sensor", "sensor", choices=e.TecSensor, minimum=0, maximum=65535),
+        Given(
+            "i_lim",
+            "i_lim",
+            quantity="tec_current",
+            ways=(("ma", "mA", None),),
+            minimum=0,
+            maximum=2000,
+        ),
+    ),
+    effect="motion",
+)
+
+TEC_LOOP_PARAMS = ParameterSet(
+    "loop_params",
+    values=v.TecLoopParams,
+    set=m.TecSetLoopParams,
+    req=m.TecReqLoopParams,
+    get=m.TecGetLoopParams,
+    given=(
+        Given("p_gain", "p_gain", minimum=1, maximum=100),
+        Given("i_gain", "i_gain", minimum=0, maximum=100),
+        Given("d_gain", "d_gain", minimum=0, maximum=100),
+    ),
+    effect="tuning",
+)
+
+TEMP_SET_POINT = ParameterSet(
+    "temp_set_point",
+    values=v.TempSetPoint,
+    set=m.TecSetTempSetPoint,
+    req=m.TecReqTempSetPoint,
+    get=m.TecGetTempSetPoint,
+    given=(
+        Given(
+            "t_set",
+            "t_set",
+            quantity="tec_temperature",
+            ways=(("degc", "degC", "SENSOR_IC_AD59X"), ("kohm", "kOhm", None)),
+            minimum=-4500,
+            maximum=20000,
+        ),
+    ),
+    effect="motion",
+)
+
+TEC_READINGS = ParameterSet(
+    "readings",
+    values=v.TecReadings,
+    set=None,
+    req=m.TecReqReadings,
+    get=m.TecGetReadings,
+)
+
+TEC_STATUS_BITS = ParameterSet(
+    "status_bits",
+    values=v.TecStatusBits,
+    set=None,
+    req=m.TecReqStatusBits,
+    get=m.TecGetStatusBits,
+)
+
+TEC_EEPROM_PARAMS = Command("eeprom_params", message=m.TecSetEepromParams)
+
+TEC_STATUS_UPDATE = Query(
+    "status_update",
+    values=v.TecStatusUpdate,
+    req=m.TecReqStatusUpdate,
+    gets=(m.TecGetStatusUpdate,),
+)
+
+ABNORMAL_MOVE_DETECTION = ParameterSet(
+    "abnormal_move_detection",
+    values=v.AbnormalMoveDetection,
+    set=m.PzmotSetAbnormalMoveDetection,
+    req=m.PzmotReqAbnormalMoveDetection,
+    get=m.PzmotGetAbnormalMoveDetection,
+    given=(Given("detection", "detection", minimum=0, maximum=65535),),
+)
+
+AMP_OUT_PARAMS = ParameterSet(
+    "amp_out_params",
+    values=v.AmpOutParams,
+    set=m.PzmotSetAmpOutParams,
+    req=m.PzmotReqAmpOutParams,
+    get=m.PzmotGetAmpOutParams,
+    given=(
+        Given("mode", "mode", choices=e.AmplifierOutputMode, minimum=0, maximum=65535),
+        Given(
+            "forward_amplitude",
+            "forward_amplitude",
+            quantity="percent",
+            ways=(("forward_amplitude_percent", "percent", None),),
+            minimum=10,
+            maximum=100,
+        ),
+        Given(
+            "reverse_amplitude",
+            "reverse_amplitude",
+            quantity="percent",
+            ways=(("reverse_amplitude_percent", "percent", None),),
+            minimum=10,
+            maximum=100,
+        ),
+    ),
+    effect="tuning",
+)
+
+CLOSED_LOOP_PARAMS = ParameterSet(
+    "closed_loop_params",
+    values=v.ClosedLoopParams,
+    set=m.PzmotSetClosedLoopParams,
+    req=m.PzmotReqClosedLoopParams,
+    get=m.PzmotGetClosedLoopParams,
+    given=(
+        Given("ref_speed", "ref_speed", minimum=0, maximum=20000000),
+        Given("proportional", "proportional", minimum=0, maximum=32767),
+        Given("integral", "integral", minimum=0, maximum=32767),
+        Given("differential", "differential", minimum=0, maximum=32767),
+        Given("acceleration", "acceleration", minimum=0, maximum=1000000000),
+    ),
+    effect="tuning",
+)
+
+CLOSE_MOVE_PARAMS = ParameterSet(
+    "close_move_params",
+    values=v.CloseMoveParams,
+    set=m.PzmotSetCloseMoveParams,
+    req=m.PzmotReqCloseMoveParams,
+    get=m.PzmotGetCloseMoveParams,
+    given=(Given("position", "position", minimum=-1000000, maximum=1000000),),
+)
+
+CONVERSION_FACTOR = ParameterSet(
+    "conversion_factor",
+    values=v.ConversionFactor,
+    set=m.PzmotSetConversionFactor,
+    req=m.PzmotReqConversionFactor,
+    get=m.PzmotGetConversionFactor,
+    given=(Given("factor", "factor", minimum=0, maximum=4294967295),),
+)
+
+DRIVE_OP_PARAMS = ParameterSet(
+    "drive_op_params",
+    values=v.DriveOpParams,
+    set=m.PzmotSetDriveOpParams,
+    req=m.PzmotReqDriveOpParams,
+    get=m.PzmotGetDriveOpParams,
+    given=(
+        Given(
+            "max_voltage",
+            "max_voltage",
+            quantity="drive_volts",
+            ways=(("volts", "V", None),),
+            minimum=85,
+            maximum=125,
+        ),
+        Given("step_rate", "step_rate", minimum=1, maximum=2000),
+        Given("step_accn", "step_accn", minimum=1, maximum=100000),
+    ),
+    effect="tuning",
+)
+
+KCUBE_CHAN_ENABLE_MODE = ParameterSet(
+    "kcube_chan_enable_mode",
+    values=v.KcubeChanEnableMode,
+    set=m.PzmotSetKcubeChanEnableMode,
+    req=m.PzmotReqKcubeChanEnableMode,
+    get=m.PzmotGetKcubeChanEnableMode,
+    given=(Given("mode", "mode", choices=e.ChannelEnableMode, minimum=0, maximum=65535),),
+    effect="motion",
+)
+
+KCUBE_FEEDBACK_SIG_PARAMS = ParameterSet(
+    "kcube_feedback_sig_params",
+    values=v.KcubeFeedbackSigParams,
+    set=m.PzmotSetKcubeFeedbackSigParams,
+    req=m.PzmotReqKcubeFeedbackSigParams,
+    get=m.PzmotGetKcubeFeedbackSigParams,
+    given=(
+        Given(
+            "fb_signal_mode",
+            "fb_signal_mode",
+            choices=e.FeedbackSignalMode,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("encoder_const", "encoder_const", minimum=-2147483648, maximum=2147483647),
+    ),
+    others=((m.PzmotGetKcubeFeedbackSigParamsShort, m.PzmotSetKcubeFeedbackSigParamsShort),),
+)
+
+KCUBE_JOG_PARAMS = ParameterSet(
+    "kcube_jog_params",
+    values=v.KcubeJogParams,
+    set=m.PzmotSetKcubeJogParams,
+    req=m.PzmotReqKcubeJogParams,
+    get=m.PzmotGetKcubeJogParams,
+    given=(
+        Given("jog_mode", "jog_mode", choices=e.JogMode, minimum=0, maximum=65535),
+        Given("jog_step_size_fwd", "jog_step_size_fwd", minimum=1, maximum=2000),
+        Given("jog_step_size_rev", "jog_step_size_rev", minimum=1, maximum=2000),
+        Given("jog_step_rate", "jog_step_rate", minimum=1, maximum=2000),
+        Given("jog_step_accn", "jog_step_accn", minimum=1, maximum=100000),
+    ),
+)
+
+PZMOT_KCUBE_MMI_PARAMS = ParameterSet(
+    "kcube_mmi_params",
+    values=v.PzmotKcubeMmiParams,
+    set=m.PzmotSetKcubeMmiParams,
+    req=m.PzmotReqKcubeMmiParams,
+    get=m.PzmotGetKcubeMmiParams,
+    given=(
+        Given("js_mode", "js_mode", choices=e.WheelMode, minimum=0, maximum=65535),
+        Given("js_max_step_rate", "js_max_step_rate", minimum=1, maximum=2000),
+        Given("js_dir_sense", "js_dir_sense", choices=e.WheelDirection, minimum=0, maximum=65535),
+        Given(
+            "preset_pos1",
+            "preset_pos1",
+            quantity="position",
+            ways=(("preset_pos1_mm", "mm", None), ("preset_pos1_deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+        Given(
+            "preset_pos2",
+            "preset_pos2",
+            quantity="position",
+            ways=(("preset_pos2_mm", "mm", None), ("preset_pos2_deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+        Given(
+            "disp_brightness",
+            "disp_brightness",
+            quantity="percent",
+            ways=(("disp_brightness_percent", "percent", None),),
+            minimum=0,
+            maximum=100,
+        ),
+    ),
+    others=((m.PzmotGetKcubeMmiParamsShort, m.PzmotSetKcubeMmiParamsShort),),
+)
+
+KCUBE_MOVE_ABSOLUTE_PARAMS = ParameterSet(
+    "kcube_move_absolute_params",
+    values=v.KcubeMoveAbsoluteParams,
+    set=m.PzmotSetKcubeMoveAbsoluteParams,
+    req=m.PzmotReqKcubeMoveAbsoluteParams,
+    get=m.PzmotGetKcubeMoveAbsoluteParams,
+    given=(
+        Given(
+            "abs_distance",
+            "abs_distance",
+            quantity="position",
+            ways=(("mm", "mm", None), ("deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+    ),
+)
+
+KCUBE_MOVE_RELATIVE_PARAMS = ParameterSet(
+    "kcube_move_relative_params",
+    values=v.KcubeMoveRelativeParams,
+    set=m.PzmotSetKcubeMoveRelativeParams,
+    req=m.PzmotReqKcubeMoveRelativeParams,
+    get=m.PzmotGetKcubeMoveRelativeParams,
+    given=(
+        Given(
+            "rel_distance",
+            "rel_distance",
+            quantity="position",
+            ways=(("mm", "mm", None), ("deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="relative",
+        ),
+    ),
+)
+
+PZMOT_KCUBE_TRIG_IO_CONFIG = ParameterSet(
+    "kcube_trig_io_config",
+    values=v.PzmotKcubeTrigIoConfig,
+    set=m.PzmotSetKcubeTrigIoConfig,
+    req=m.PzmotReqKcubeTrigIoConfig,
+    get=m.PzmotGetKcubeTrigIoConfig,
+    given=(
+        Given("trig_channel1", "trig_channel1", choices=e.ChannelBit, minimum=0, maximum=65535),
+        Given("trig_channel2", "trig_channel2", choices=e.ChannelBit, minimum=0, maximum=65535),
+        Given("trig1_mode", "trig1_mode", choices=e.InertialTriggerMode, minimum=0, maximum=65535),
+        Given(
+            "trig1_polarity",
+            "trig1_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given("trig2_mode", "trig2_mode", choices=e.InertialTriggerMode, minimum=0, maximum=65535),
+        Given(
+            "trig2_polarity",
+            "trig2_polarity",
+            choices=e.TriggerPolarity,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    effect="motion",
+)
+
+KCUBE_TRIG_PARAMS = ParameterSet(
+    "kcube_trig_params",
+    values=v.KcubeTrigParams,
+    set=m.PzmotSetKcubeTrigParams,
+    req=m.PzmotReqKcubeTrigParams,
+    get=m.PzmotGetKcubeTrigParams,
+    given=(
+        Given(
+            "start_pos_fwd",
+            "start_pos_fwd",
+            quantity="position",
+            ways=(("start_pos_fwd_mm", "mm", None), ("start_pos_fwd_deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given(
+            "interval_fwd",
+            "interval_fwd",
+            quantity="position",
+            ways=(("interval_fwd_mm", "mm", None), ("interval_fwd_deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given("num_pulses_fwd", "num_pulses_fwd", minimum=-2147483648, maximum=2147483647),
+        Given(
+            "start_pos_rev",
+            "start_pos_rev",
+            quantity="position",
+            ways=(("start_pos_rev_mm", "mm", None), ("start_pos_rev_deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given(
+            "interval_rev",
+            "interval_rev",
+            quantity="position",
+            ways=(("interval_rev_mm", "mm", None), ("interval_rev_deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+        Given("num_pulses_rev", "num_pulses_rev", minimum=-2147483648, maximum=2147483647),
+        Given(
+            "pulse_width",
+            "pulse_width",
+            quantity="microseconds",
+            ways=(("pulse_width_us", "us", None),),
+            minimum=1,
+            maximum=100000,
+        ),
+        Given("num_cycles", "num_cycles", minimum=-2147483648, maximum=2147483647),
+    ),
+    others=((m.PzmotGetKcubeTrigParamsShort, m.PzmotSetKcubeTrigParamsShort),),
+)
+
+PZMOT_LIM_SWITCH_PARAMS = ParameterSet(
+    "lim_switch_params",
+    values=v.PzmotLimSwitchParams,
+    set=m.PzmotSetLimSwitchParams,
+    req=m.PzmotReqLimSwitchParams,
+    get=m.PzmotGetLimSwitchParams,
+    given=(
+        Given(
+            "fwd_hard_limit",
+            "fwd_hard_limit",
+            choices=e.InertialHardLimit,
+            minimum=0,
+            maximum=65535,
+        ),
+        Given(
+            "rev_hard_limit",
+            "rev_hard_limit",
+            choices=e.InertialHardLimit,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+)
+
+OPEN_MOVE_PARAMS = ParameterSet(
+    "open_move_params",
+    values=v.OpenMoveParams,
+    set=m.PzmotSetOpenMoveParams,
+    req=m.PzmotReqOpenMoveParams,
+    get=m.PzmotGetOpenMoveParams,
+    given=(Given("step_size", "step_size", minimum=-10000000, maximum=10000000),),
+)
+
+PDXC2_JOG_PARAMS = ParameterSet(
+    "pdxc2_jog_params",
+    values=v.Pdxc2JogParams,
+    set=m.PzmotSetPdxc2JogParams,
+    req=m.PzmotReqPdxc2JogParams,
+    get=m.PzmotGetPdxc2JogParams,
+    given=(
+        Given("jog_mode", "jog_mode", choices=e.JogMode, minimum=0, maximum=65535),
+        Given("open_loop_step_size", "open_loop_step_size", minimum=1, maximum=20000),
+        Given("open_loop_step_rate", "open_loop_step_rate", minimum=800, maximum=20000),
+        Given("open_loop_acceleration", "open_loop_acceleration", minimum=1, maximum=20000),
+        Given("closed_loop_step_size", "closed_loop_step_size", minimum=0, maximum=2000000),
+        Given("closed_loop_speed", "closed_loop_speed", minimum=0, maximum=20000000),
+        Given(
+            "closed_loop_acceleration",
+            "closed_loop_acceleration",
+            minimum=0,
+            maximum=1000000000,
+        ),
+    ),
+)
+
+POS_COUNTERS = ParameterSet(
+    "pos_counters",
+    values=v.PosCounters,
+    set=m.PzmotSetPosCounters,
+    req=m.PzmotReqPosCounters,
+    get=m.PzmotGetPosCounters,
+    given=(
+        Given(
+            "position",
+            "position",
+            quantity="position",
+            ways=(("mm", "mm", None), ("deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+        ),
+    ),
+    effect="counter",
+)
+
+TIM_BUTTON_PARAMS = ParameterSet(
+    "tim_button_params",
+    values=v.TimButtonParams,
+    set=m.PzmotSetTimButtonParams,
+    req=m.PzmotReqTimButtonParams,
+    get=m.PzmotGetTimButtonParams,
+    given=(
+        Given("mode", "mode", choices=e.ButtonMode, minimum=0, maximum=65535),
+        Given(
+            "position1",
+            "position1",
+            quantity="position",
+            ways=(("position1_mm", "mm", None), ("position1_deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+        Given(
+            "position2",
+            "position2",
+            quantity="position",
+            ways=(("position2_mm", "mm", None), ("position2_deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+    ),
+)
+
+TIM_JOG_PARAMS = ParameterSet(
+    "tim_jog_params",
+    values=v.TimJogParams,
+    set=m.PzmotSetTimJogParams,
+    req=m.PzmotReqTimJogParams,
+    get=m.PzmotGetTimJogParams,
+    given=(
+        Given("jog_mode", "jog_mode", choices=e.JogMode, minimum=0, maximum=65535),
+        Given("jog_step_size", "jog_step_size", minimum=1, maximum=2000),
+        Given("jog_step_rate", "jog_step_rate", minimum=1, maximum=2000),
+        Given("jog_step_accn", "jog_step_accn", minimum=1, maximum=100000),
+    ),
+)
+
+TIM_POT_PARAMS = ParameterSet(
+    "tim_pot_params",
+    values=v.TimPotParams,
+    set=m.PzmotSetTimPotParams,
+    req=m.PzmotReqTimPotParams,
+    get=m.PzmotGetTimPotParams,
+    given=(Given("max_step_rate", "max_step_rate", minimum=1, maximum=2000),),
+)
+
+TRIGGER_MODE = ParameterSet(
+    "trigger_mode",
+    values=v.TriggerMode,
+    set=m.PzmotSetTriggerMode,
+    req=m.PzmotReqTriggerMode,
+    get=m.PzmotGetTriggerMode,
+    given=(Given("mode", "mode", choices=e.Pdxc2TriggerMode, minimum=0, maximum=65535),),
+    effect="motion",
+)
+
+TRIGGER_PARAMS = ParameterSet(
+    "trigger_params",
+    values=v.TriggerParams,
+    set=m.PzmotSetTriggerParams,
+    req=m.PzmotReqTriggerParams,
+    get=m.PzmotGetTriggerParams,
+    given=(
+        Given("rise_fixed_step", "rise_fixed_step", minimum=-10000000, maximum=10000000),
+        Given("fall_fixed_step", "fall_fixed_step", minimum=-10000000, maximum=10000000),
+        Given("rise_position1", "rise_position1", minimum=-10000000, maximum=10000000),
+        Given("fall_position1", "fall_position1", minimum=-10000000, maximum=10000000),
+        Given("rise_position2", "rise_position2", minimum=-10000000, maximum=10000000),
+        Given("fall_position2", "fall_position2", minimum=-10000000, maximum=10000000),
+        Given("analog_in_gain", "analog_in_gain", minimum=0, maximum=4294967295),
+        Given("analog_in_offset", "analog_in_offset", minimum=0, maximum=4294967295),
+        Given("analog_out_gain", "analog_out_gain", minimum=0, maximum=4294967295),
+        Given("analog_out_offset", "analog_out_offset", minimum=0, maximum=4294967295),
+    ),
+    effect="motion",
+)
+
+PZMOT_HOME_PARAMS = ParameterSet(
+    "home_params",
+    values=v.PzmotHomeParams,
+    set=None,
+    req=m.PzmotReqHomeParams,
+    get=m.PzmotGetHomeParams,
+)
+
+NETWORK_PARAMS = ParameterSet(
+    "network_params",
+    values=v.NetworkParams,
+    set=None,
+    req=m.PzmotReqNetworkParams,
+    get=m.PzmotGetNetworkParams,
+)
+
+PZMOT_STATUS_UPDATE = Query(
+    "status_update",
+    values=v.PzmotStatusUpdate,
+    req=m.PzmotReqStatusUpdate,
+    gets=(m.PzmotGetStatusUpdate, m.PzmotGetStatusUpdateShort),
+)
+
+PARAMS = ParameterSet(
+    "params",
+    values=v.Params,
+    set=m.PolSetParams,
+    req=m.PolReqParams,
+    get=m.PolGetParams,
+    given=(
+        Given(
+            "velocity",
+            "velocity",
+            quantity="percent",
+            ways=(("velocity_percent", "percent", None),),
+            minimum=10,
+            maximum=100,
+        ),
+        Given(
+            "home_position",
+            "home_position",
+            quantity="paddle_angle",
+            ways=(("home_position_deg", "deg", None),),
+            minimum=0,
+            maximum=1370,
+        ),
+        Given(
+            "jog_step1",
+            "jog_step1",
+            quantity="paddle_angle",
+            ways=(("jog_step1_deg", "deg", None),),
+            minimum=0,
+            maximum=1370,
+        ),
+        Given(
+            "jog_step2",
+            "jog_step2",
+            quantity="paddle_angle",
+            ways=(("jog_step2_deg", "deg", None),),
+            minimum=0,
+            maximum=1370,
+        ),
+        Given(
+            "jog_step3",
+            "jog_step3",
+            quantity="paddle_angle",
+            ways=(("jog_step3_deg", "deg", None),),
+            minimum=0,
+            maximum=1370,
+        ),
+    ),
+)
+
 STOP = Action(
     "stop",
     message=m.MotMoveStop,
@@ -1941,6 +4201,12 @@ STOP = Action(
 
 STOP_LUT_OUTPUT = Action("stop_lut_output", message=m.PzStopLutOutput)
 
+STOP_XY_SCAN = Action("stop_xy_scan", message=m.KnaStopXyScan)
+
+DISABLE_OUTPUT = Action("disable_output", message=m.LaDisableOutput)
+
+PZMOT_STOP = Action("stop", message=m.PzmotMoveStop, ends=Ends((m.PzmotMoveStopped,), ()))
+
 DISCONNECT = Command("disconnect", message=m.HwDisconnect)
 
 START_UPDATES = Command(
@@ -1952,6 +4218,13 @@ START_UPDATES = Command(
         m.MotGetStatusUpdateLong,
         m.MotGetDcStatusUpdate,
         m.PzGetPzStatusUpdate,
+        m.PzGetNtStatusUpdate,
+        m.QuadGetStatusUpdate,
+        m.LaGetStatusUpdate,
+        m.LdGetStatusUpdate,
+        m.TecGetStatusUpdate,
+        m.PzmotGetStatusUpdate,
+        m.PzmotGetStatusUpdateShort,
     ),
 )
 
@@ -1963,6 +4236,13 @@ STOP_UPDATES = Command(
         m.MotGetStatusUpdateLong,
         m.MotGetDcStatusUpdate,
         m.PzGetPzStatusUpdate,
+        m.PzGetNtStatusUpdate,
+        m.QuadGetStatusUpdate,
+        m.LaGetStatusUpdate,
+        m.LdGetStatusUpdate,
+        m.TecGetStatusUpdate,
+        m.PzmotGetStatusUpdate,
+        m.PzmotGetStatusUpdateShort,
     ),
 )
 
@@ -2285,4 +4565,150 @@ START_LUT_OUTPUT = Command(
     "start_lut_output",
     message=m.PzStartLutOutput,
     halted_by=STOP_LUT_OUTPUT,
+)
+
+SET_NT_MODE = Command(
+    "set_nt_mode",
+    message=m.PzSetNtMode,
+    given=(Given("state", "state", choices=e.NanotrakMode, minimum=0, maximum=255),),
+)
+
+MOVE_NT_CIRC_TO_HOME_POS = Command("move_nt_circ_to_home_pos", message=m.PzMoveNtCircToHomePos)
+
+ACK_NT_STATUS_UPDATE = Command("ack_nt_status_update", message=m.PzAckNtStatusUpdate)
+
+START_XY_SCAN = Command(
+    "start_xy_scan",
+    message=m.KnaReqXyScan,
+    halted_by=STOP_XY_SCAN,
+    starts=(m.KnaGetXyScan,),
+)
+
+ENABLE_OUTPUT = Command("enable_output", message=m.LaEnableOutput, halted_by=DISABLE_OUTPUT)
+
+OPEN_LOOP = Command("open_loop", message=m.LdOpenLoop)
+
+CLOSED_LOOP = Command("closed_loop", message=m.LdClosedLoop)
+
+MAX_CURRENT_ADJUST = Command(
+    "max_current_adjust",
+    message=m.LdMaxCurrentAdjust,
+    given=(
+        Given("adjust", "adjust", choices=e.MaxCurrentAdjustment, minimum=0, maximum=255),
+        Given("diode", "diode", choices=e.DiodeDuringAdjustment, minimum=0, maximum=255),
+    ),
+)
+
+FIND_TIA_GAIN = Command("find_tia_gain", message=m.LdFindTiaGain)
+
+TIA_GAIN_ADJUST = Command(
+    "tia_gain_adjust",
+    message=m.LdTiaGainAdjust,
+    given=(Given("adjust", "adjust", choices=e.TiaGainAdjustment, minimum=0, maximum=255),),
+)
+
+LA_ACK_STATUS_UPDATE = Command("ack_status_update", message=m.LaAckStatusUpdate)
+
+LD_ACK_STATUS_UPDATE = Command("ack_status_update", message=m.LdAckStatusUpdate)
+
+SET_EEPROM_PARAMS = Command(
+    "set_eeprom_params",
+    message=m.QuadSetEepromParams,
+    given=(Given("msg_id", "msg_id", minimum=0, maximum=65535),),
+)
+
+QUAD_ACK_STATUS_UPDATE = Command("ack_status_update", message=m.QuadAckStatusUpdate)
+
+TEC_ACK_STATUS_UPDATE = Command("ack_status_update", message=m.TecAckStatusUpdate)
+
+PZMOT_MOVE_RELATIVE = Action(
+    "move_relative",
+    message=m.PzmotMoveRelative,
+    given=(
+        Given(
+            "rel_distance",
+            "counts",
+            quantity="position",
+            ways=(("mm", "mm", None), ("deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="relative",
+        ),
+    ),
+    ends=Ends((m.PzmotMoveCompleted,), (m.PzmotMoveStopped,)),
+    halted_by=PZMOT_STOP,
+    target="relative",
+)
+
+PZMOT_MOVE_RELATIVE_STORED = Action(
+    "move_relative_stored",
+    message=m.PzmotMoveRelativeHeader,
+    ends=Ends((m.PzmotMoveCompleted,), (m.PzmotMoveStopped,)),
+    halted_by=PZMOT_STOP,
+    stored=Stored(KCUBE_MOVE_RELATIVE_PARAMS, "rel_distance"),
+    target="relative",
+)
+
+PZMOT_MOVE_ABSOLUTE = Action(
+    "move_absolute",
+    message=m.PzmotMoveAbsolute,
+    given=(
+        Given(
+            "abs_position",
+            "counts",
+            quantity="position",
+            ways=(("mm", "mm", None), ("deg", "deg", None)),
+            minimum=-2147483648,
+            maximum=2147483647,
+            target="absolute",
+        ),
+    ),
+    ends=Ends((m.PzmotMoveCompleted,), (m.PzmotMoveStopped,)),
+    halted_by=STOP,
+    or_halted_by=(PZMOT_STOP,),
+    target="absolute",
+)
+
+PZMOT_MOVE_ABSOLUTE_STORED = Action(
+    "move_absolute_stored",
+    message=m.PzmotMoveAbsoluteHeader,
+    ends=Ends((m.PzmotMoveCompleted,), (m.PzmotMoveStopped,)),
+    halted_by=STOP,
+    or_halted_by=(PZMOT_STOP,),
+    stored=Stored(KCUBE_MOVE_ABSOLUTE_PARAMS, "abs_distance"),
+    target="absolute",
+)
+
+PZMOT_MOVE_VELOCITY = Action(
+    "move_velocity",
+    message=m.PzmotMoveVelocity,
+    given=(Given("direction", "direction", choices=e.MoveDirection, minimum=0, maximum=255),),
+    ends=Ends((m.PzmotMoveCompleted,), (m.PzmotMoveStopped,)),
+    halted_by=PZMOT_STOP,
+)
+
+MOVE_JOG = Action(
+    "move_jog",
+    message=m.PzmotMoveJog,
+    given=(Given("jog_dir", "jog_dir", choices=e.MoveDirection, minimum=0, maximum=255),),
+    ends=Ends((m.PzmotMoveCompleted,), (m.PzmotMoveStopped,)),
+    halted_by=STOP,
+    or_halted_by=(PZMOT_STOP,),
+)
+
+PZMOT_ACK_STATUS_UPDATE = Command("ack_status_update", message=m.PzmotAckStatusUpdate)
+
+MOVE_START = Action(
+    "move_start",
+    message=m.PzmotMoveStart,
+    ends=Ends(
+        (m.PzmotMoveCompleted,),
+        (
+            m.MotMoveStoppedDc,
+            m.MotMoveStoppedStepper,
+            m.MotMoveStoppedHeader,
+            m.MotMoveStoppedUndecided,
+        ),
+    ),
+    halted_by=STOP,
 )

@@ -385,7 +385,9 @@ class HwStartUpdateMsgs(FramedMessage):
     Starts the periodic status messages, which typically arrive every 100 ms (page 11) until
     HW_STOP_UPDATEMSGS.
 
-    Starts ``MOT_GET_STATUSUPDATE``, ``MOT_GET_DCSTATUSUPDATE``, ``PZ_GET_PZSTATUSUPDATE``.
+    Starts ``MOT_GET_STATUSUPDATE``, ``MOT_GET_DCSTATUSUPDATE``, ``PZ_GET_PZSTATUSUPDATE``,
+    ``PZ_GET_NTSTATUSUPDATE``, ``QUAD_GET_STATUSUPDATE``, ``LA_GET_STATUSUPDATE``,
+    ``LD_GET_STATUSUPDATE``, ``TEC_GET_STATUSUPDATE``, ``PZMOT_GET_STATUSUPDATE``.
 
     The document does not say whether a motherboard, a bay or both accept it.
 
@@ -459,7 +461,9 @@ class HwStopUpdateMsgs(FramedMessage):
     Stops the periodic status messages; send it before a client ends so that the host's buffers do
     not overflow.
 
-    Stops ``MOT_GET_STATUSUPDATE``, ``MOT_GET_DCSTATUSUPDATE``, ``PZ_GET_PZSTATUSUPDATE``.
+    Stops ``MOT_GET_STATUSUPDATE``, ``MOT_GET_DCSTATUSUPDATE``, ``PZ_GET_PZSTATUSUPDATE``,
+    ``PZ_GET_NTSTATUSUPDATE``, ``QUAD_GET_STATUSUPDATE``, ``LA_GET_STATUSUPDATE``,
+    ``LD_GET_STATUSUPDATE``, ``TEC_GET_STATUSUPDATE``, ``PZMOT_GET_STATUSUPDATE``.
 
     The document does not say whether a motherboard, a bay or both accept it.
 
@@ -531,6 +535,8 @@ class RackReqBayUsed(FramedMessage):
     ``RACK_GET_BAYUSED``.
 
     Also described in Issue 37, page 54.
+
+    Evidence: independent driver.
 
     :param bay_ident: :class:`~.RackBay`; from 0 to 255.
 
@@ -965,7 +971,7 @@ class ModSetChanEnableState(FramedMessage):
 
     Also described in Issue 37, page 47.
 
-    Evidence: vendor program.
+    Evidence: vendor program and independent driver.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param enable_state: :class:`~.EnableState`; from 0 to 255.
@@ -1040,6 +1046,8 @@ class ModReqChanEnableState(FramedMessage):
     by ``MOD_GET_CHANENABLESTATE``.
 
     Also described in Issue 37, page 47.
+
+    Evidence: independent driver.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
@@ -1186,6 +1194,9 @@ class ModSetDigOutputs(FramedMessage):
 
     :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`; from 0 to 255.
 
+    Erratum ``apt37-list-bpc-digoutputs``: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+    Erratum ``apt37-list-kcube-digoutputs``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
     Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
@@ -1259,6 +1270,9 @@ class ModReqDigOutputs(FramedMessage):
     :param bits: named in the table, but its meaning in a request is not documented; reserved, sent
         as zero.
 
+    Erratum ``apt37-list-bpc-digoutputs``: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+    Erratum ``apt37-list-kcube-digoutputs``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
     Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
@@ -1327,6 +1341,9 @@ class ModGetDigOutputs(FramedMessage):
 
     :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`; from 0 to 255.
 
+    Erratum ``apt37-list-bpc-digoutputs``: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+    Erratum ``apt37-list-kcube-digoutputs``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
     Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
@@ -1399,7 +1416,7 @@ class ModIdentify(FramedMessage):
     In a card slot system, the motherboard controls the LEDs: send it to the motherboard, with the
     number of the channel to identify. Single-channel controllers ignore the channel.
 
-    Evidence: vendor program.
+    Evidence: vendor program and independent driver.
 
     :param chan_ident: channel to identify in a card slot system; ignored by single-channel
         controllers, for which the example has 0; :class:`~.Channel`; from 0 to 255; default 0.
@@ -1914,9 +1931,13 @@ class HwReqKcubeMmiLock(FramedMessage):
     ``HW_REQ_KCUBEMMILOCK`` (0x0251), to the controller, header only; Issue 37, page 59. Answered by
     ``HW_GET_KCUBEMMILOCK``.
 
+    Evidence: vendor program.
+
     :param mmi_lock: named in the table, but its meaning in a request is not documented; reserved,
         sent as zero.
 
+    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-laser-lock``: printed nothing; encoded HW_REQ_KCUBEMMILOCK.
     Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
@@ -1984,8 +2005,12 @@ class HwGetKcubeMmiLock(FramedMessage):
 
     ``HW_GET_KCUBEMMILOCK`` (0x0252), to the host, header only; Issue 37, page 59.
 
+    Evidence: vendor program.
+
     :param mmi_lock: :class:`~.MmiLock`; from 0 to 255.
 
+    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-laser-lock``: printed nothing; encoded HW_REQ_KCUBEMMILOCK.
     Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 

@@ -6586,6 +6586,7 @@ class MotMoveStoppedHeader(FramedMessage):
     Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
         0x80; encoded bytes 0 to 19, destination with 0x80.
     Erratum ``apt37-end-of-move-tables``: printed 5; encoded 19.
+    Erratum ``apt37-tim-kim-list``: printed 122; encoded 123.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -6674,6 +6675,7 @@ class MotMoveStoppedDc(FramedMessage):
     Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
         0x80; encoded bytes 0 to 19, destination with 0x80.
     Erratum ``apt37-end-of-move-tables``: printed 5; encoded 19.
+    Erratum ``apt37-tim-kim-list``: printed 122; encoded 123.
     """
 
     __slots__ = ("chan_ident", "motor_current", "position", "status_bits", "velocity")
@@ -6805,6 +6807,7 @@ class MotMoveStoppedStepper(FramedMessage):
     Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
         0x80; encoded bytes 0 to 19, destination with 0x80.
     Erratum ``apt37-end-of-move-tables``: printed 5; encoded 19.
+    Erratum ``apt37-tim-kim-list``: printed 122; encoded 123.
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
@@ -7242,6 +7245,7 @@ class MotGetStatusUpdate(FramedMessage):
         controllers; encoded by stage and controller.
     Erratum ``apt37-statusupdate-example-short``: printed 21 bytes after a header for 28; encoded a
         frame of 34 bytes.
+    Erratum ``apt37-tim-kim-list``: printed 122; encoded 123.
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
@@ -7350,6 +7354,7 @@ class MotGetStatusUpdateLong(FramedMessage):
         controllers; encoded by stage and controller.
     Erratum ``apt37-statusupdate-example-short``: printed 21 bytes after a header for 28; encoded a
         frame of 34 bytes.
+    Erratum ``apt37-tim-kim-list``: printed 122; encoded 123.
     """
 
     __slots__ = (
@@ -7717,6 +7722,7 @@ class MotAckDcStatusUpdate(FramedMessage):
         status messages after 50 of them.
     Erratum ``apt37-ack-fifty``: printed about 50, and 50; encoded 50.
     Erratum ``apt37-list-server-alive``: printed nothing; encoded MOT_ACK_DCSTATUSUPDATE.
+    Erratum ``apt37-mpc-list``: printed nothing; encoded MOT_ACK_DCSTATUSUPDATE.
     """
 
     __slots__ = ("param1", "param2")

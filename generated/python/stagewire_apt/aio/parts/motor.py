@@ -2577,7 +2577,7 @@ class CanAckDcStatusUpdate(Part):
         after about 50 status messages, including completed moves. It has no answer.
 
         ``MOT_ACK_DCSTATUSUPDATE``, Issue 3, page 80. Errata ``apt-ack-dcstatusupdate-table-id``,
-        ``apt-ack-fifty``, ``apt37-ack-fifty``, ``apt37-list-server-alive``.
+        ``apt-ack-fifty``, ``apt37-ack-fifty``, ``apt37-list-server-alive``, ``apt37-mpc-list``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises TransportLostError: if the connection is lost.

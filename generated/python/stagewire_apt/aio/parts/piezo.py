@@ -14,12 +14,21 @@ from stagewire_apt.devices import values as v
 
 __all__ = [
     "CanAckPzStatusUpdate",
+    "CanGetMaxTravel",
+    "CanSetOutputLut",
     "CanSetPzStageParamDefaults",
     "CanSetZero",
     "CanStartLutOutput",
     "CanStopLutOutput",
     "WithInputVoltsSrc",
     "WithIoSettings",
+    "WithKpcIoSettings",
+    "WithKpcKcubeMmiParams",
+    "WithKpcKcubeTrigIoConfig",
+    "WithKpzKcubeMmiParams",
+    "WithKpzKcubeTrigIoConfig",
+    "WithKsgKcubeMmiParams",
+    "WithKsgKcubeTrigIoConfig",
     "WithLutValueType",
     "WithMaxTravel",
     "WithOutputLut",
@@ -28,9 +37,14 @@ __all__ = [
     "WithOutputPos",
     "WithOutputVolts",
     "WithPiConsts",
+    "WithPidCriteria",
     "WithPosControlMode",
+    "WithPpcIoSettings",
+    "WithPpcNotchParams",
+    "WithPpcPidConsts",
     "WithPzEepromParams",
     "WithPzStatusBits",
+    "WithPzStatusUpdate",
     "WithTpzDispSettings",
     "WithTpzIoSettings",
     "WithTpzSlewRates",
@@ -51,7 +65,8 @@ class WithPosControlMode(Part):
 
         Open or closed loop. Closed loop needs an actuator with position sensing.
 
-        ``PZ_REQ_POSCONTROLMODE``, ``PZ_GET_POSCONTROLMODE``, Issue 3, pages 94, 95.
+        ``PZ_REQ_POSCONTROLMODE``, ``PZ_GET_POSCONTROLMODE``, Issue 3, pages 94, 95. Erratum
+        ``apt37-list-kna101-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -73,7 +88,7 @@ class WithPosControlMode(Part):
 
         The actuator moves when the loop is closed or opened.
 
-        ``PZ_SET_POSCONTROLMODE``, Issue 3, page 94.
+        ``PZ_SET_POSCONTROLMODE``, Issue 3, page 94. Erratum ``apt37-list-kna101-vendor-software``.
 
         :param mode: :class:`~.PositionControlMode`: OPEN_LOOP (1), CLOSED_LOOP (2),
             OPEN_LOOP_SMOOTH (3), CLOSED_LOOP_SMOOTH (4).
@@ -101,7 +116,7 @@ class WithPosControlMode(Part):
         The actuator moves when the loop is closed or opened.
 
         ``PZ_REQ_POSCONTROLMODE``, ``PZ_GET_POSCONTROLMODE``, ``PZ_SET_POSCONTROLMODE``, Issue 3,
-        pages 94, 95.
+        pages 94, 95. Erratum ``apt37-list-kna101-vendor-software``.
 
         :param mode: :class:`~.PositionControlMode`: OPEN_LOOP (1), CLOSED_LOOP (2),
             OPEN_LOOP_SMOOTH (3), CLOSED_LOOP_SMOOTH (4).
@@ -149,7 +164,8 @@ class WithOutputVolts(Part):
         Output voltage of a channel in open loop; ignored when set in closed loop. All values are
         written in one frame.
 
-        ``PZ_SET_OUTPUTVOLTS``, Issue 3, page 96. Erratum ``apt-signed-range-7fff``.
+        ``PZ_SET_OUTPUTVOLTS``, Issue 3, page 96. Errata ``apt-signed-range-7fff``,
+        ``apt37-piezo-outputvolts-hexadecimal``.
 
         :param voltage: Share of the maximum output voltage setting; 32767 is 100 %; in counts;
             scale to V depends on maximum_volts; from -32768 to 32767.
@@ -178,7 +194,7 @@ class WithOutputVolts(Part):
         the values written.
 
         ``PZ_REQ_OUTPUTVOLTS``, ``PZ_GET_OUTPUTVOLTS``, ``PZ_SET_OUTPUTVOLTS``, Issue 3, page 96.
-        Erratum ``apt-signed-range-7fff``.
+        Errata ``apt-signed-range-7fff``, ``apt37-piezo-outputvolts-hexadecimal``.
 
         :param voltage: Share of the maximum output voltage setting; 32767 is 100 %; in counts;
             scale to V depends on maximum_volts; from -32768 to 32767.
@@ -230,7 +246,8 @@ class WithOutputPos(Part):
         Position of the actuator in closed loop, counted from the zero set by PZ_SET_ZERO; ignored
         when set in open loop. All values are written in one frame.
 
-        ``PZ_SET_OUTPUTPOS``, Issue 3, page 97. Erratum ``apt-outputpos-example-position``.
+        ``PZ_SET_OUTPUTPOS``, Issue 3, page 97. Errata ``apt-outputpos-example-position``,
+        ``apt37-list-ct1p-outputpos``.
 
         :param position_sw: Share of the maximum travel; 32767 is 100 %; in counts; scale to um
             depends on maximum_travel; from 0 to 32767.
@@ -258,8 +275,8 @@ class WithOutputPos(Part):
         when set in open loop. Reads the current values, replaces the given ones and writes all of
         them in one frame, under one lock. Returns the values written.
 
-        ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``, ``PZ_SET_OUTPUTPOS``, Issue 3, page 97. Erratum
-        ``apt-outputpos-example-position``.
+        ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``, ``PZ_SET_OUTPUTPOS``, Issue 3, page 97. Errata
+        ``apt-outputpos-example-position``, ``apt37-list-ct1p-outputpos``.
 
         :param position_sw: Share of the maximum travel; 32767 is 100 %; in counts; scale to um
             depends on maximum_travel; from 0 to 32767.
@@ -278,10 +295,10 @@ class WithOutputPos(Part):
         return await self._change(t.OUTPUT_POS, timeout, position_sw=position_sw, um=um)
 
 
-class WithMaxTravel(Part):
+class CanGetMaxTravel(Part):
     """Maximum travel.
 
-    ``PZ_REQ_MAXTRAVEL``, ``PZ_GET_MAXTRAVEL``; Issue 3, page 118.
+    ``PZ_SET_MAXTRAVEL``, ``PZ_REQ_MAXTRAVEL``, ``PZ_GET_MAXTRAVEL``; Issue 3, page 118.
     """
 
     async def get_max_travel(self, *, timeout: float | None = None) -> v.MaxTravel:
@@ -291,7 +308,9 @@ class WithMaxTravel(Part):
 
         ``PZ_REQ_MAXTRAVEL``, ``PZ_GET_MAXTRAVEL``, Issue 3, page 118. Errata
         ``apt-list-bpc30x-maxtravel``, ``apt-maxtravel-example-addresses``,
-        ``apt-maxtravel-format-missing``, ``apt-maxtravel-unit``, ``apt-request-channel-fixed``.
+        ``apt-maxtravel-format-missing``, ``apt-maxtravel-unit``, ``apt-request-channel-fixed``,
+        ``apt37-list-bpc30x-maxtravel``, ``apt37-piezo-formats-missing``,
+        ``apt37-piezo-request-channel-fixed``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -299,6 +318,101 @@ class WithMaxTravel(Part):
         :raises SessionClosedError: if the session is closed.
         """
         return await self._get(t.MAX_TRAVEL, timeout)
+
+
+class WithMaxTravel(Part):
+    """Maximum travel.
+
+    ``PZ_SET_MAXTRAVEL``, ``PZ_REQ_MAXTRAVEL``, ``PZ_GET_MAXTRAVEL``; Issue 3, page 118.
+    """
+
+    async def get_max_travel(self, *, timeout: float | None = None) -> v.MaxTravel:
+        """Read the maximum travel.
+
+        Travel of the connected actuator, if it has position sensing; read from the actuator itself.
+
+        ``PZ_REQ_MAXTRAVEL``, ``PZ_GET_MAXTRAVEL``, Issue 3, page 118. Errata
+        ``apt-list-bpc30x-maxtravel``, ``apt-maxtravel-example-addresses``,
+        ``apt-maxtravel-format-missing``, ``apt-maxtravel-unit``, ``apt-request-channel-fixed``,
+        ``apt37-list-bpc30x-maxtravel``, ``apt37-piezo-formats-missing``,
+        ``apt37-piezo-request-channel-fixed``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.MAX_TRAVEL, timeout)
+
+    async def set_max_travel(
+        self,
+        *,
+        travel: int | None = None,
+        um: Number | None = None,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the maximum travel.
+
+        Travel of the connected actuator, if it has position sensing; read from the actuator itself.
+        All values are written in one frame.
+
+        No issue of the document has the SET. The vendor's XA software (thorlabs_xa 1.9.1.28993)
+        sends it with the id 0x064F to simulated BPC301, BPC303 and KPC101. Positions are shares of
+        the travel, so a closed loop may move when it is set.
+
+        ``PZ_SET_MAXTRAVEL``, Issue 3, page 118.
+
+        :param travel: in steps of 100 nm; no format is printed; in counts of 1/10 um; from 0 to
+            65535.
+        :param um: ``travel`` in um; from 0 to 6553.5.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(t.MAX_TRAVEL, timeout, travel=travel, um=um)
+
+    async def change_max_travel(
+        self,
+        *,
+        travel: int | None = None,
+        um: Number | None = None,
+        timeout: float | None = None,
+    ) -> v.MaxTravel:
+        """Change the maximum travel.
+
+        Travel of the connected actuator, if it has position sensing; read from the actuator itself.
+        Reads the current values, replaces the given ones and writes all of them in one frame, under
+        one lock. Returns the values written.
+
+        No issue of the document has the SET. The vendor's XA software (thorlabs_xa 1.9.1.28993)
+        sends it with the id 0x064F to simulated BPC301, BPC303 and KPC101. Positions are shares of
+        the travel, so a closed loop may move when it is set.
+
+        ``PZ_REQ_MAXTRAVEL``, ``PZ_GET_MAXTRAVEL``, ``PZ_SET_MAXTRAVEL``, Issue 3, page 118. Errata
+        ``apt-list-bpc30x-maxtravel``, ``apt-maxtravel-example-addresses``,
+        ``apt-maxtravel-format-missing``, ``apt-maxtravel-unit``, ``apt-request-channel-fixed``,
+        ``apt37-list-bpc30x-maxtravel``, ``apt37-piezo-formats-missing``,
+        ``apt37-piezo-request-channel-fixed``.
+
+        :param travel: in steps of 100 nm; no format is printed; in counts of 1/10 um; from 0 to
+            65535.
+        :param um: ``travel`` in um; from 0 to 6553.5.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(t.MAX_TRAVEL, timeout, travel=travel, um=um)
 
 
 class WithInputVoltsSrc(Part):
@@ -335,7 +449,7 @@ class WithInputVoltsSrc(Part):
 
         Setting them immediately changes the voltage by the signal at the selected inputs.
 
-        ``PZ_SET_INPUTVOLTSSRC``, Issue 3, page 98.
+        ``PZ_SET_INPUTVOLTSSRC``, Issue 3, page 98. Erratum ``apt37-piezo-inputvoltssrc-zero``.
 
         :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`:
             external_signal (0x1), potentiometer (0x2), or several joined by ``|``.
@@ -363,7 +477,7 @@ class WithInputVoltsSrc(Part):
         Setting them immediately changes the voltage by the signal at the selected inputs.
 
         ``PZ_REQ_INPUTVOLTSSRC``, ``PZ_GET_INPUTVOLTSSRC``, ``PZ_SET_INPUTVOLTSSRC``, Issue 3, pages
-        98, 99.
+        98, 99. Erratum ``apt37-piezo-inputvoltssrc-zero``.
 
         :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`:
             external_signal (0x1), potentiometer (0x2), or several joined by ``|``.
@@ -390,7 +504,8 @@ class WithPiConsts(Part):
 
         Proportional and integral term of the position loop; they only apply in closed loop.
 
-        ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``, Issue 3, page 100.
+        ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``, Issue 3, page 100. Erratum
+        ``apt37-list-kna101-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -413,7 +528,7 @@ class WithPiConsts(Part):
 
         Setting them starts no move; a closed loop uses the new values immediately.
 
-        ``PZ_SET_PICONSTS``, Issue 3, page 100.
+        ``PZ_SET_PICONSTS``, Issue 3, page 100. Erratum ``apt37-list-kna101-vendor-software``.
 
         :param prop_const: proportional term; from 0 to 255.
         :param int_const: integral term; from 0 to 255.
@@ -441,7 +556,8 @@ class WithPiConsts(Part):
 
         Setting them starts no move; a closed loop uses the new values immediately.
 
-        ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``, ``PZ_SET_PICONSTS``, Issue 3, page 100.
+        ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``, ``PZ_SET_PICONSTS``, Issue 3, page 100. Erratum
+        ``apt37-list-kna101-vendor-software``.
 
         :param prop_const: proportional term; from 0 to 255.
         :param int_const: integral term; from 0 to 255.
@@ -491,7 +607,7 @@ class WithPzStatusBits(Part):
 
         ``PZ_REQ_PZSTATUSBITS``, ``PZ_GET_PZSTATUSBITS``, Issue 3, page 101. Errata
         ``apt-lists-against-chapters``, ``apt-pz-digital-input-8-mask``,
-        ``apt-pz-status-bits-13-15``.
+        ``apt-pz-status-bits-13-15``, ``apt37-piezo-status-bits-of-page-206``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -499,6 +615,29 @@ class WithPzStatusBits(Part):
         :raises SessionClosedError: if the session is closed.
         """
         return await self._get(t.PZ_STATUS_BITS, timeout)
+
+
+class WithPzStatusUpdate(Part):
+    """Read the voltage, position and status.
+
+    ``PZ_REQ_PZSTATUSUPDATE``; Issue 37, page 205.
+    """
+
+    async def get_pz_status_update(self, *, timeout: float | None = None) -> v.PzStatusUpdate:
+        """Read the voltage, position and status.
+
+        Requests one status update, for clients that do not want periodic updates. Waits for the
+        reply.
+
+        ``PZ_REQ_PZSTATUSUPDATE``, Issue 37, page 205. Errata ``apt37-list-ct1p-status-id``,
+        ``apt37-list-kpz101-status``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._ask(t.PZ_STATUS_UPDATE, timeout)
 
 
 class CanAckPzStatusUpdate(Part):
@@ -534,8 +673,8 @@ class WithIoSettings(Part):
 
         Current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
 
-        ``PZ_REQ_IOSETTINGS``, ``PZ_GET_IOSETTINGS``, Issue 3, pages 119, 120. Erratum
-        ``apt-iosettings-length``.
+        ``PZ_REQ_IOSETTINGS``, ``PZ_GET_IOSETTINGS``, Issue 3, pages 119, 120. Errata
+        ``apt-iosettings-length``, ``apt37-piezo-request-channel-fixed``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -560,7 +699,8 @@ class WithIoSettings(Part):
         Setting them changes the output of the amplifier and of the BNC connectors.
 
         ``PZ_SET_IOSETTINGS``, Issue 3, page 119. Errata ``apt-always-chan1``,
-        ``apt-iosettings-formats-missing``, ``apt-iosettings-length``.
+        ``apt-iosettings-formats-missing``, ``apt-iosettings-length``,
+        ``apt37-piezo-formats-missing``.
 
         :param amp_current_lim: :class:`~.AmpCurrentLimit`: CURRENTLIMIT_100MA (0),
             CURRENTLIMIT_250MA (1), CURRENTLIMIT_500MA (2).
@@ -602,7 +742,8 @@ class WithIoSettings(Part):
 
         ``PZ_REQ_IOSETTINGS``, ``PZ_GET_IOSETTINGS``, ``PZ_SET_IOSETTINGS``, Issue 3, pages 119,
         120. Errata ``apt-always-chan1``, ``apt-iosettings-formats-missing``,
-        ``apt-iosettings-length``.
+        ``apt-iosettings-length``, ``apt37-piezo-formats-missing``,
+        ``apt37-piezo-request-channel-fixed``.
 
         :param amp_current_lim: :class:`~.AmpCurrentLimit`: CURRENTLIMIT_100MA (0),
             CURRENTLIMIT_250MA (1), CURRENTLIMIT_500MA (2).
@@ -644,7 +785,8 @@ class WithOutputMaxVolts(Part):
 
         ``PZ_REQ_OUTPUTMAXVOLTS``, ``PZ_GET_OUTPUTMAXVOLTS``, Issue 3, pages 121, 122. Errata
         ``apt-outputmaxvolts-flag-150v``, ``apt-outputmaxvolts-get-addresses``,
-        ``apt-outputmaxvolts-values``, ``apt-request-channel-fixed``, ``apt-voltage-limit-values``.
+        ``apt-outputmaxvolts-values``, ``apt-request-channel-fixed``, ``apt-voltage-limit-values``,
+        ``apt37-piezo-outputmaxvolts-flag-150v``, ``apt37-piezo-request-channel-fixed``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -671,7 +813,8 @@ class WithOutputMaxVolts(Part):
         the actuator.
 
         ``PZ_SET_OUTPUTMAXVOLTS``, Issue 3, page 121. Errata ``apt-outputmaxvolts-flag-150v``,
-        ``apt-outputmaxvolts-length``, ``apt-outputmaxvolts-values``.
+        ``apt-outputmaxvolts-length``, ``apt-outputmaxvolts-values``,
+        ``apt37-piezo-outputmaxvolts-flag-150v``.
 
         :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); in counts of
             1/10 V; from 0 to 1500.
@@ -710,7 +853,8 @@ class WithOutputMaxVolts(Part):
         ``PZ_REQ_OUTPUTMAXVOLTS``, ``PZ_GET_OUTPUTMAXVOLTS``, ``PZ_SET_OUTPUTMAXVOLTS``, Issue 3,
         pages 121, 122. Errata ``apt-outputmaxvolts-flag-150v``,
         ``apt-outputmaxvolts-get-addresses``, ``apt-outputmaxvolts-length``,
-        ``apt-outputmaxvolts-values``, ``apt-request-channel-fixed``, ``apt-voltage-limit-values``.
+        ``apt-outputmaxvolts-values``, ``apt-request-channel-fixed``, ``apt-voltage-limit-values``,
+        ``apt37-piezo-outputmaxvolts-flag-150v``, ``apt37-piezo-request-channel-fixed``.
 
         :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); in counts of
             1/10 V; from 0 to 1500.
@@ -751,8 +895,8 @@ class WithTpzSlewRates(Part):
         Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
         provide their own, so normally no setting is needed.
 
-        ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``, Issue 3, pages 123, 124. Erratum
-        ``apt-request-channel-fixed``.
+        ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``, Issue 3, pages 123, 124. Errata
+        ``apt-request-channel-fixed``, ``apt37-piezo-request-channel-fixed``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -819,7 +963,7 @@ class WithTpzSlewRates(Part):
 
         ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``, ``PZ_SET_TPZ_SLEWRATES``, Issue 3, pages
         123, 124. Errata ``apt-lists-against-chapters``, ``apt-request-channel-fixed``,
-        ``apt-slewrates-cut``.
+        ``apt-slewrates-cut``, ``apt37-piezo-request-channel-fixed``.
 
         :param slew_open: open loop; 0 for no limit, 1 is the slowest; in counts; scale to V/ms
             depends on maximum_volts; from 0 to 32767.
@@ -873,6 +1017,496 @@ class CanSetPzStageParamDefaults(Part):
         await self._tell(t.SET_PZ_STAGE_PARAM_DEFAULTS, timeout)
 
 
+class WithPpcPidConsts(Part):
+    """Position loop constants.
+
+    ``PZ_SET_PPC_PIDCONSTS``, ``PZ_REQ_PPC_PIDCONSTS``, ``PZ_GET_PPC_PIDCONSTS``; Issue 37, pages
+    208, 209.
+    """
+
+    async def get_ppc_pid_consts(self, *, timeout: float | None = None) -> v.PpcPidConsts:
+        """Read the position loop constants.
+
+        Constants of the position loop; they only apply in closed loop. Only for the PPC001, PPC102
+        and CT1P.
+
+        ``PZ_REQ_PPC_PIDCONSTS``, ``PZ_GET_PPC_PIDCONSTS``, Issue 37, pages 208, 209. Erratum
+        ``apt37-ppc-get-sizes``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.PPC_PID_CONSTS, timeout)
+
+    async def set_ppc_pid_consts(
+        self,
+        *,
+        pid_consts_p: int,
+        pid_consts_i: int,
+        pid_consts_d: int,
+        pid_consts_dfc: int,
+        pid_deriv_filter_on: e.DerivativeFilter | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the position loop constants.
+
+        Constants of the position loop; they only apply in closed loop. Only for the PPC001, PPC102
+        and CT1P. All values are written in one frame.
+
+        Setting them starts no move; a closed loop uses the new values immediately. The defaults
+        suit the actuator that is shipped with the controller. Page 411 sends it twice to a CT1P,
+        which has two groups of constants, but the message has no field for the group.
+
+        ``PZ_SET_PPC_PIDCONSTS``, Issue 37, page 208. Errata ``apt37-ppc-float``,
+        ``apt37-ppc-h2719``.
+
+        :param pid_consts_p: proportional term; from 0 to 10000; default 900.
+        :param pid_consts_i: integral term; from 0 to 10000; default 800.
+        :param pid_consts_d: derivative term; from 0 to 10000; default 90.
+        :param pid_consts_dfc: Cut-off frequency of the low-pass filter of the derivative term. The
+            page gives no unit. From 0 to 10000; default 1000.
+        :param pid_deriv_filter_on: :class:`~.DerivativeFilter`: ON (1), OFF (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.PPC_PID_CONSTS,
+            timeout,
+            pid_consts_p=pid_consts_p,
+            pid_consts_i=pid_consts_i,
+            pid_consts_d=pid_consts_d,
+            pid_consts_dfc=pid_consts_dfc,
+            pid_deriv_filter_on=pid_deriv_filter_on,
+        )
+
+    async def change_ppc_pid_consts(
+        self,
+        *,
+        pid_consts_p: int | None = None,
+        pid_consts_i: int | None = None,
+        pid_consts_d: int | None = None,
+        pid_consts_dfc: int | None = None,
+        pid_deriv_filter_on: e.DerivativeFilter | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.PpcPidConsts:
+        """Change the position loop constants.
+
+        Constants of the position loop; they only apply in closed loop. Only for the PPC001, PPC102
+        and CT1P. Reads the current values, replaces the given ones and writes all of them in one
+        frame, under one lock. Returns the values written.
+
+        Setting them starts no move; a closed loop uses the new values immediately. The defaults
+        suit the actuator that is shipped with the controller. Page 411 sends it twice to a CT1P,
+        which has two groups of constants, but the message has no field for the group.
+
+        ``PZ_REQ_PPC_PIDCONSTS``, ``PZ_GET_PPC_PIDCONSTS``, ``PZ_SET_PPC_PIDCONSTS``, Issue 37,
+        pages 208, 209. Errata ``apt37-ppc-float``, ``apt37-ppc-get-sizes``, ``apt37-ppc-h2719``.
+
+        :param pid_consts_p: proportional term; from 0 to 10000; default 900.
+        :param pid_consts_i: integral term; from 0 to 10000; default 800.
+        :param pid_consts_d: derivative term; from 0 to 10000; default 90.
+        :param pid_consts_dfc: Cut-off frequency of the low-pass filter of the derivative term. The
+            page gives no unit. From 0 to 10000; default 1000.
+        :param pid_deriv_filter_on: :class:`~.DerivativeFilter`: ON (1), OFF (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.PPC_PID_CONSTS,
+            timeout,
+            pid_consts_p=pid_consts_p,
+            pid_consts_i=pid_consts_i,
+            pid_consts_d=pid_consts_d,
+            pid_consts_dfc=pid_consts_dfc,
+            pid_deriv_filter_on=pid_deriv_filter_on,
+        )
+
+
+class WithPpcNotchParams(Part):
+    """Notch filter parameters.
+
+    ``PZ_SET_PPC_NOTCHPARAMS``, ``PZ_REQ_PPC_NOTCHPARAMS``, ``PZ_GET_PPC_NOTCHPARAMS``; Issue 37,
+    pages 210, 211.
+    """
+
+    async def get_ppc_notch_params(self, *, timeout: float | None = None) -> v.PpcNotchParams:
+        """Read the notch filter parameters.
+
+        Two notch filters of the position loop, against the mechanical resonance of the actuator.
+        Only for the PPC001 and PPC102.
+
+        ``PZ_REQ_PPC_NOTCHPARAMS``, ``PZ_GET_PPC_NOTCHPARAMS``, Issue 37, pages 210, 211. Erratum
+        ``apt37-ppc-get-sizes``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.PPC_NOTCH_PARAMS, timeout)
+
+    async def set_ppc_notch_params(
+        self,
+        *,
+        filter_no: e.NotchFilter | str | int,
+        filter1_fc: int | None = None,
+        filter1_fc_hz: Number | None = None,
+        filter1_q: int,
+        notch_filter1_on: e.NotchFilterState | str | int,
+        filter2_fc: int | None = None,
+        filter2_fc_hz: Number | None = None,
+        filter2_q: int,
+        notch_filter2_on: e.NotchFilterState | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the notch filter parameters.
+
+        Two notch filters of the position loop, against the mechanical resonance of the actuator.
+        Only for the PPC001 and PPC102. All values are written in one frame.
+
+        Setting them starts no move; a closed loop uses the new values immediately. The Q factor is
+        the centre frequency divided by the bandwidth; 5 to 10 is a good start.
+
+        ``PZ_SET_PPC_NOTCHPARAMS``, Issue 37, page 210. Errata ``apt37-ppc-float``,
+        ``apt37-ppc-notch-example-filter2``, ``apt37-ppc-notch-ranges``.
+
+        :param filter_no: filters that the message addresses; :class:`~.NotchFilter`: FILTER_1 (1),
+            FILTER_2 (2), BOTH (3).
+        :param filter1_fc: Centre frequency of filter 1, from 20 Hz; 0 if the filter is not
+            addressed, as in the example on page 211; in counts of 1 Hz; from 0 to 500.
+        :param filter1_fc_hz: ``filter1_fc`` in Hz; from 0 to 500.
+        :param filter1_q: Q factor of filter 1. The page has a range from 0.2, but a word has no
+            fractions; the example has 50 (0x32) for 50. From 0 to 100.
+        :param notch_filter1_on: :class:`~.NotchFilterState`: ON (1), OFF (2); from 0 to 65535.
+        :param filter2_fc: Centre frequency of filter 2, from 20 Hz; 0 if the filter is not
+            addressed, as in the example; in counts of 1 Hz; from 0 to 500.
+        :param filter2_fc_hz: ``filter2_fc`` in Hz; from 0 to 500.
+        :param filter2_q: Q factor of filter 2, with the same range; 0 if the filter is not
+            addressed, as in the example; from 0 to 100.
+        :param notch_filter2_on: :class:`~.NotchFilterState`: ON (1), OFF (2); from 0 to 65535.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.PPC_NOTCH_PARAMS,
+            timeout,
+            filter_no=filter_no,
+            filter1_fc=filter1_fc,
+            filter1_fc_hz=filter1_fc_hz,
+            filter1_q=filter1_q,
+            notch_filter1_on=notch_filter1_on,
+            filter2_fc=filter2_fc,
+            filter2_fc_hz=filter2_fc_hz,
+            filter2_q=filter2_q,
+            notch_filter2_on=notch_filter2_on,
+        )
+
+    async def change_ppc_notch_params(
+        self,
+        *,
+        filter_no: e.NotchFilter | str | int | None = None,
+        filter1_fc: int | None = None,
+        filter1_fc_hz: Number | None = None,
+        filter1_q: int | None = None,
+        notch_filter1_on: e.NotchFilterState | str | int | None = None,
+        filter2_fc: int | None = None,
+        filter2_fc_hz: Number | None = None,
+        filter2_q: int | None = None,
+        notch_filter2_on: e.NotchFilterState | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.PpcNotchParams:
+        """Change the notch filter parameters.
+
+        Two notch filters of the position loop, against the mechanical resonance of the actuator.
+        Only for the PPC001 and PPC102. Reads the current values, replaces the given ones and writes
+        all of them in one frame, under one lock. Returns the values written.
+
+        Setting them starts no move; a closed loop uses the new values immediately. The Q factor is
+        the centre frequency divided by the bandwidth; 5 to 10 is a good start.
+
+        ``PZ_REQ_PPC_NOTCHPARAMS``, ``PZ_GET_PPC_NOTCHPARAMS``, ``PZ_SET_PPC_NOTCHPARAMS``, Issue
+        37, pages 210, 211. Errata ``apt37-ppc-float``, ``apt37-ppc-get-sizes``,
+        ``apt37-ppc-notch-example-filter2``, ``apt37-ppc-notch-ranges``.
+
+        :param filter_no: filters that the message addresses; :class:`~.NotchFilter`: FILTER_1 (1),
+            FILTER_2 (2), BOTH (3).
+        :param filter1_fc: Centre frequency of filter 1, from 20 Hz; 0 if the filter is not
+            addressed, as in the example on page 211; in counts of 1 Hz; from 0 to 500.
+        :param filter1_fc_hz: ``filter1_fc`` in Hz; from 0 to 500.
+        :param filter1_q: Q factor of filter 1. The page has a range from 0.2, but a word has no
+            fractions; the example has 50 (0x32) for 50. From 0 to 100.
+        :param notch_filter1_on: :class:`~.NotchFilterState`: ON (1), OFF (2); from 0 to 65535.
+        :param filter2_fc: Centre frequency of filter 2, from 20 Hz; 0 if the filter is not
+            addressed, as in the example; in counts of 1 Hz; from 0 to 500.
+        :param filter2_fc_hz: ``filter2_fc`` in Hz; from 0 to 500.
+        :param filter2_q: Q factor of filter 2, with the same range; 0 if the filter is not
+            addressed, as in the example; from 0 to 100.
+        :param notch_filter2_on: :class:`~.NotchFilterState`: ON (1), OFF (2); from 0 to 65535.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.PPC_NOTCH_PARAMS,
+            timeout,
+            filter_no=filter_no,
+            filter1_fc=filter1_fc,
+            filter1_fc_hz=filter1_fc_hz,
+            filter1_q=filter1_q,
+            notch_filter1_on=notch_filter1_on,
+            filter2_fc=filter2_fc,
+            filter2_fc_hz=filter2_fc_hz,
+            filter2_q=filter2_q,
+            notch_filter2_on=notch_filter2_on,
+        )
+
+
+class WithPpcIoSettings(Part):
+    """Input and output settings.
+
+    ``PZ_SET_PPC_IOSETTINGS``, ``PZ_REQ_PPC_IOSETTINGS``, ``PZ_GET_PPC_IOSETTINGS``; Issue 37, pages
+    212, 214.
+    """
+
+    async def get_ppc_io_settings(self, *, timeout: float | None = None) -> v.PpcIoSettings:
+        """Read the input and output settings.
+
+        Signals that drive the amplifier, connectors on the rear panel, position sensor and
+        brightness. Only for the PPC001, PPC102 and CT1P.
+
+        ``PZ_REQ_PPC_IOSETTINGS``, ``PZ_GET_PPC_IOSETTINGS``, Issue 37, pages 212, 214. Erratum
+        ``apt37-piezo-request-channel-fixed``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.PPC_IO_SETTINGS, timeout)
+
+    async def set_ppc_io_settings(
+        self,
+        *,
+        control_src: e.PpcControlSource | str | int,
+        monitor_op_sig: e.PpcMonitorSignal | str | int,
+        monitor_op_bw: e.PpcMonitorFilter | str | int,
+        feedback_src: e.PpcFeedbackSource | str | int,
+        fp_brightness: e.PpcBrightness | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the input and output settings.
+
+        Signals that drive the amplifier, connectors on the rear panel, position sensor and
+        brightness. Only for the PPC001, PPC102 and CT1P. All values are written in one frame.
+
+        Setting them immediately changes the output by the signals at the selected inputs, and the
+        sensor of a closed loop.
+
+        ``PZ_SET_PPC_IOSETTINGS``, Issue 37, page 212. Erratum ``apt37-ct1p-messages-of-others``.
+
+        :param control_src: :class:`~.PpcControlSource`: SOFTWARE (0), EXT_BNC (1), JOYSTICK (2),
+            EXT_BNC_AND_JOYSTICK (3).
+        :param monitor_op_sig: :class:`~.PpcMonitorSignal`: DRIVE_VOLTAGE (1), RAW_POSITION (2),
+            LINEARIZED_POSITION (3).
+        :param monitor_op_bw: :class:`~.PpcMonitorFilter`: NO_FILTER (1), LOW_PASS_200_HZ (2).
+        :param feedback_src: :class:`~.PpcFeedbackSource`: STRAIN_GAUGE (1), CAPACITIVE (2); from 0
+            to 65535.
+        :param fp_brightness: :class:`~.PpcBrightness`: BRIGHT (1), DIM (2), OFF (3).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.PPC_IO_SETTINGS,
+            timeout,
+            control_src=control_src,
+            monitor_op_sig=monitor_op_sig,
+            monitor_op_bw=monitor_op_bw,
+            feedback_src=feedback_src,
+            fp_brightness=fp_brightness,
+        )
+
+    async def change_ppc_io_settings(
+        self,
+        *,
+        control_src: e.PpcControlSource | str | int | None = None,
+        monitor_op_sig: e.PpcMonitorSignal | str | int | None = None,
+        monitor_op_bw: e.PpcMonitorFilter | str | int | None = None,
+        feedback_src: e.PpcFeedbackSource | str | int | None = None,
+        fp_brightness: e.PpcBrightness | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.PpcIoSettings:
+        """Change the input and output settings.
+
+        Signals that drive the amplifier, connectors on the rear panel, position sensor and
+        brightness. Only for the PPC001, PPC102 and CT1P. Reads the current values, replaces the
+        given ones and writes all of them in one frame, under one lock. Returns the values written.
+
+        Setting them immediately changes the output by the signals at the selected inputs, and the
+        sensor of a closed loop.
+
+        ``PZ_REQ_PPC_IOSETTINGS``, ``PZ_GET_PPC_IOSETTINGS``, ``PZ_SET_PPC_IOSETTINGS``, Issue 37,
+        pages 212, 214. Errata ``apt37-ct1p-messages-of-others``,
+        ``apt37-piezo-request-channel-fixed``.
+
+        :param control_src: :class:`~.PpcControlSource`: SOFTWARE (0), EXT_BNC (1), JOYSTICK (2),
+            EXT_BNC_AND_JOYSTICK (3).
+        :param monitor_op_sig: :class:`~.PpcMonitorSignal`: DRIVE_VOLTAGE (1), RAW_POSITION (2),
+            LINEARIZED_POSITION (3).
+        :param monitor_op_bw: :class:`~.PpcMonitorFilter`: NO_FILTER (1), LOW_PASS_200_HZ (2).
+        :param feedback_src: :class:`~.PpcFeedbackSource`: STRAIN_GAUGE (1), CAPACITIVE (2); from 0
+            to 65535.
+        :param fp_brightness: :class:`~.PpcBrightness`: BRIGHT (1), DIM (2), OFF (3).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.PPC_IO_SETTINGS,
+            timeout,
+            control_src=control_src,
+            monitor_op_sig=monitor_op_sig,
+            monitor_op_bw=monitor_op_bw,
+            feedback_src=feedback_src,
+            fp_brightness=fp_brightness,
+        )
+
+
+class WithPidCriteria(Part):
+    """Near-target criterion of the position loop.
+
+    ``PZ_SET_PIDCRITERIA``, ``PZ_REQ_PIDCRITERIA``, ``PZ_GET_PIDCRITERIA``; Issue 37, page 411.
+    """
+
+    async def get_pid_criteria(self, *, timeout: float | None = None) -> v.PidCriteria:
+        """Read the near-target criterion of the position loop.
+
+        Distance from the target at which a CT1P changes to the PID constants for low noise. Only
+        for the CT1P.
+
+        ``PZ_REQ_PIDCRITERIA``, ``PZ_GET_PIDCRITERIA``, Issue 37, page 411.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.PID_CRITERIA, timeout)
+
+    async def set_pid_criteria(
+        self,
+        *,
+        criterion: e.NearTargetCriterion | str | int,
+        index: e.PidIndex | str | int,
+        target_error_window: int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the near-target criterion of the position loop.
+
+        Distance from the target at which a CT1P changes to the PID constants for low noise. Only
+        for the CT1P. All values are written in one frame.
+
+        Setting it starts no move; a closed loop uses the new value immediately.
+
+        ``PZ_SET_PIDCRITERIA``, Issue 37, page 411. Errata ``apt37-ct1p-channel-word``,
+        ``apt37-ct1p-length``, ``apt37-pidcriteria-values``.
+
+        :param criterion: the second byte of Channel; :class:`~.NearTargetCriterion`: STRAIN_GAUGE
+            (0x40), ENCODER (0x41).
+        :param index: group of constants that PZ_PPC_PIDCONSTS sets; :class:`~.PidIndex`: NORMAL
+            (0), NEAR_TARGET (1).
+        :param target_error_window: Distance from the target at which the constants change. The page
+            gives no unit. From 0 to 65535.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.PID_CRITERIA,
+            timeout,
+            criterion=criterion,
+            index=index,
+            target_error_window=target_error_window,
+        )
+
+    async def change_pid_criteria(
+        self,
+        *,
+        criterion: e.NearTargetCriterion | str | int | None = None,
+        index: e.PidIndex | str | int | None = None,
+        target_error_window: int | None = None,
+        timeout: float | None = None,
+    ) -> v.PidCriteria:
+        """Change the near-target criterion of the position loop.
+
+        Distance from the target at which a CT1P changes to the PID constants for low noise. Only
+        for the CT1P. Reads the current values, replaces the given ones and writes all of them in
+        one frame, under one lock. Returns the values written.
+
+        Setting it starts no move; a closed loop uses the new value immediately.
+
+        ``PZ_REQ_PIDCRITERIA``, ``PZ_GET_PIDCRITERIA``, ``PZ_SET_PIDCRITERIA``, Issue 37, page 411.
+        Errata ``apt37-ct1p-channel-word``, ``apt37-ct1p-length``, ``apt37-pidcriteria-values``.
+
+        :param criterion: the second byte of Channel; :class:`~.NearTargetCriterion`: STRAIN_GAUGE
+            (0x40), ENCODER (0x41).
+        :param index: group of constants that PZ_PPC_PIDCONSTS sets; :class:`~.PidIndex`: NORMAL
+            (0), NEAR_TARGET (1).
+        :param target_error_window: Distance from the target at which the constants change. The page
+            gives no unit. From 0 to 65535.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.PID_CRITERIA,
+            timeout,
+            criterion=criterion,
+            index=index,
+            target_error_window=target_error_window,
+        )
+
+
 class WithOutputLut(Part):
     """Waveform table.
 
@@ -915,7 +1549,7 @@ class WithOutputLut(Part):
         sample.
 
         ``PZ_SET_OUTPUTLUT``, Issue 3, page 106. Errata ``apt-lut-bandwidth``,
-        ``apt-lut-limits-by-unit``, ``apt-lut-meaning``.
+        ``apt-lut-limits-by-unit``, ``apt-lut-meaning``, ``apt37-piezo-lut-limits-by-unit``.
 
         :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
         :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions
@@ -956,7 +1590,8 @@ class WithOutputLut(Part):
         sample.
 
         ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``, ``PZ_SET_OUTPUTLUT``, Issue 3, pages 106, 107.
-        Errata ``apt-lut-bandwidth``, ``apt-lut-limits-by-unit``, ``apt-lut-meaning``.
+        Errata ``apt-lut-bandwidth``, ``apt-lut-limits-by-unit``, ``apt-lut-meaning``,
+        ``apt37-piezo-lut-limits-by-unit``.
 
         :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
         :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions
@@ -987,6 +1622,53 @@ class WithOutputLut(Part):
         )
 
 
+class CanSetOutputLut(Part):
+    """Waveform table.
+
+    ``PZ_SET_OUTPUTLUT``, ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``; Issue 3, pages 106, 107.
+    """
+
+    async def set_output_lut(
+        self,
+        *,
+        index: int,
+        output: int | None = None,
+        volts: Number | None = None,
+        um: Number | None = None,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the waveform table.
+
+        One sample of the waveform table. Load only as many samples as one cycle uses. They are
+        volts in open loop and positions in closed loop; on units with PZ_SET_LUTVALUETYPE, that
+        message selects the type before they are loaded. A request names the channel but no index.
+        All values are written in one frame.
+
+        Setting a sample does not output anything; a waveform that is being output may use the new
+        sample.
+
+        ``PZ_SET_OUTPUTLUT``, Issue 3, page 106. Errata ``apt-lut-bandwidth``,
+        ``apt-lut-limits-by-unit``, ``apt-lut-meaning``, ``apt37-piezo-lut-limits-by-unit``.
+
+        :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
+        :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions
+            is not documented. In counts; unit and scale depend on lut_value_type; from -32768 to
+            32767.
+        :param volts: ``output`` in V, if lut_value_type is VOLTAGE; the scale depends on
+            maximum_volts.
+        :param um: ``output`` in um, if lut_value_type is POSITION; not available, because the scale
+            is unknown: the document scales samples by the maximum output voltage only.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(t.OUTPUT_LUT, timeout, index=index, output=output, volts=volts, um=um)
+
+
 class WithOutputLutParams(Part):
     """Waveform output parameters.
 
@@ -999,8 +1681,8 @@ class WithOutputLutParams(Part):
 
         Settings with which PZ_START_LUTOUTPUT outputs the waveform table.
 
-        ``PZ_REQ_OUTPUTLUTPARAMS``, ``PZ_GET_OUTPUTLUTPARAMS``, Issue 3, pages 108, 111. Erratum
-        ``apt-get-outputlutparams-table-id``.
+        ``PZ_REQ_OUTPUTLUTPARAMS``, ``PZ_GET_OUTPUTLUTPARAMS``, Issue 3, pages 108, 111. Errata
+        ``apt-get-outputlutparams-table-id``, ``apt37-piezo-get-table-ids``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1035,7 +1717,8 @@ class WithOutputLutParams(Part):
         ``PZ_SET_OUTPUTLUTPARAMS``, Issue 3, page 108. Errata ``apt-lut-bandwidth``,
         ``apt-lut-falling-edge``, ``apt-lut-limits-by-unit``, ``apt-lut-long-range``,
         ``apt-lut-ranges``, ``apt-outputlutparams-breakdown-length``,
-        ``apt-outputlutparams-breakdown-order``, ``apt-outputlutparams-trigger-start``.
+        ``apt-outputlutparams-breakdown-order``, ``apt-outputlutparams-trigger-start``,
+        ``apt37-piezo-lut-limits-by-unit``, ``apt37-piezo-lut-ranges``.
 
         :param mode: the bits may be combined; :class:`~.LutOutputMode`: outputlut_continuous (0x1),
             outputlut_fixed (0x2), outputlut_outputtrig (0x4), outputlut_inputtrig (0x8),
@@ -1123,7 +1806,9 @@ class WithOutputLutParams(Part):
         pages 108, 111. Errata ``apt-get-outputlutparams-table-id``, ``apt-lut-bandwidth``,
         ``apt-lut-falling-edge``, ``apt-lut-limits-by-unit``, ``apt-lut-long-range``,
         ``apt-lut-ranges``, ``apt-outputlutparams-breakdown-length``,
-        ``apt-outputlutparams-breakdown-order``, ``apt-outputlutparams-trigger-start``.
+        ``apt-outputlutparams-breakdown-order``, ``apt-outputlutparams-trigger-start``,
+        ``apt37-piezo-get-table-ids``, ``apt37-piezo-lut-limits-by-unit``,
+        ``apt37-piezo-lut-ranges``.
 
         :param mode: the bits may be combined; :class:`~.LutOutputMode`: outputlut_continuous (0x1),
             outputlut_fixed (0x2), outputlut_outputtrig (0x4), outputlut_inputtrig (0x8),
@@ -1386,7 +2071,8 @@ class WithTpzIoSettings(Part):
 
         ``PZ_REQ_TPZ_IOSETTINGS``, ``PZ_GET_TPZ_IOSETTINGS``, Issue 3, pages 115, 116. Errata
         ``apt-get-tpz-iosettings-table-id``, ``apt-request-channel-fixed``,
-        ``apt-tpz-iosettings-length``.
+        ``apt-tpz-iosettings-length``, ``apt37-piezo-get-table-ids``,
+        ``apt37-piezo-request-channel-fixed``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1411,7 +2097,8 @@ class WithTpzIoSettings(Part):
         closed loop follows.
 
         ``PZ_SET_TPZ_IOSETTINGS``, Issue 3, page 115. Errata ``apt-future-use-rows-missing``,
-        ``apt-tpz-iosettings-length``, ``apt-voltage-limit-values``.
+        ``apt-tpz-iosettings-length``, ``apt-voltage-limit-values``,
+        ``apt37-piezo-reserved-rows-missing``.
 
         :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`: VOLTAGELIMIT_75V (1),
             VOLTAGELIMIT_100V (2), VOLTAGELIMIT_150V (3).
@@ -1449,7 +2136,9 @@ class WithTpzIoSettings(Part):
 
         ``PZ_REQ_TPZ_IOSETTINGS``, ``PZ_GET_TPZ_IOSETTINGS``, ``PZ_SET_TPZ_IOSETTINGS``, Issue 3,
         pages 115, 116. Errata ``apt-future-use-rows-missing``, ``apt-get-tpz-iosettings-table-id``,
-        ``apt-request-channel-fixed``, ``apt-tpz-iosettings-length``, ``apt-voltage-limit-values``.
+        ``apt-request-channel-fixed``, ``apt-tpz-iosettings-length``, ``apt-voltage-limit-values``,
+        ``apt37-piezo-get-table-ids``, ``apt37-piezo-request-channel-fixed``,
+        ``apt37-piezo-reserved-rows-missing``.
 
         :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`: VOLTAGELIMIT_75V (1),
             VOLTAGELIMIT_100V (2), VOLTAGELIMIT_150V (3).
@@ -1475,17 +2164,17 @@ class WithTpzIoSettings(Part):
 class WithTsgIoSettings(Part):
     """Strain gauge settings.
 
-    ``PZ_SET_TSG_IOSETTINGS``, ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``; Issue 3, pages
-    127, 128.
+    ``PZ_SET_TSG_IOSETTINGS``, ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``; Issue 37, pages
+    240, 241.
     """
 
     async def get_tsg_io_settings(self, *, timeout: float | None = None) -> v.TsgIoSettings:
         """Read the strain gauge settings.
 
-        Feedback path, display and force calibration of a TSG001.
+        Feedback path, display and force calibration of a TSG001 or KSG101.
 
-        ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``, Issue 3, pages 127, 128. Errata
-        ``apt-get-tsg-iosettings-size``, ``apt-request-channel-fixed``.
+        ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``, Issue 37, pages 240, 241. Errata
+        ``apt37-piezo-force-calibration``, ``apt37-piezo-request-channel-fixed``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1505,22 +2194,23 @@ class WithTsgIoSettings(Part):
     ) -> None:
         """Set the strain gauge settings.
 
-        Feedback path, display and force calibration of a TSG001. All values are written in one
-        frame.
+        Feedback path, display and force calibration of a TSG001 or KSG101. All values are written
+        in one frame.
 
-        Setting them changes the feedback path that the closed loop of a TPZ001 follows.
+        Setting them changes the feedback path that the closed loop of a TPZ001 or KPZ101 follows.
 
-        ``PZ_SET_TSG_IOSETTINGS``, Issue 3, page 127. Errata ``apt-force-calib-range``,
-        ``apt-future-use-rows-missing``, ``apt-tsg-iosettings-example-short``.
+        ``PZ_SET_TSG_IOSETTINGS``, Issue 37, page 240. Errata ``apt37-piezo-force-calibration``,
+        ``apt37-piezo-reserved-rows-missing``.
 
-        :param hub_analogue_output: path of the feedback signal to a TPZ001;
+        :param hub_analogue_output: path of the feedback signal to a piezo driver;
             :class:`~.HubAnalogueOutput`: HUB_ANALOGUEOUT_1 (1), HUB_ANALOGUEOUT_2 (2).
         :param display_mode: also the unit of the readings; :class:`~.DisplayMode`:
             DISPUNITS_POSITION (1), DISPUNITS_VOLTAGE (2), DISPUNITS_FORCE (3).
         :param force_calib: Full scale of a force sensor in steps of 0.001 N; 30000 (30 N) suits the
-            FSC102. The page prints a range of 1 to 1000, which its own default and example exceed.
-            In counts of 1/1000 N; from 1 to 65535; default 30000.
-        :param newtons: ``force_calib`` in N; from 0.001 to 65.535.
+            FSC102. The page prints a range of 1 to 1000, which its own default and example exceed;
+            the vendor's C header has 1 to 1000000. In counts of 1/1000 N; from 1 to 4294967295;
+            default 30000.
+        :param newtons: ``force_calib`` in N; from 0.001 to 4294967.295.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1549,25 +2239,25 @@ class WithTsgIoSettings(Part):
     ) -> v.TsgIoSettings:
         """Change the strain gauge settings.
 
-        Feedback path, display and force calibration of a TSG001. Reads the current values, replaces
-        the given ones and writes all of them in one frame, under one lock. Returns the values
-        written.
+        Feedback path, display and force calibration of a TSG001 or KSG101. Reads the current
+        values, replaces the given ones and writes all of them in one frame, under one lock. Returns
+        the values written.
 
-        Setting them changes the feedback path that the closed loop of a TPZ001 follows.
+        Setting them changes the feedback path that the closed loop of a TPZ001 or KPZ101 follows.
 
-        ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``, ``PZ_SET_TSG_IOSETTINGS``, Issue 3,
-        pages 127, 128. Errata ``apt-force-calib-range``, ``apt-future-use-rows-missing``,
-        ``apt-get-tsg-iosettings-size``, ``apt-request-channel-fixed``,
-        ``apt-tsg-iosettings-example-short``.
+        ``PZ_REQ_TSG_IOSETTINGS``, ``PZ_GET_TSG_IOSETTINGS``, ``PZ_SET_TSG_IOSETTINGS``, Issue 37,
+        pages 240, 241. Errata ``apt37-piezo-force-calibration``,
+        ``apt37-piezo-request-channel-fixed``, ``apt37-piezo-reserved-rows-missing``.
 
-        :param hub_analogue_output: path of the feedback signal to a TPZ001;
+        :param hub_analogue_output: path of the feedback signal to a piezo driver;
             :class:`~.HubAnalogueOutput`: HUB_ANALOGUEOUT_1 (1), HUB_ANALOGUEOUT_2 (2).
         :param display_mode: also the unit of the readings; :class:`~.DisplayMode`:
             DISPUNITS_POSITION (1), DISPUNITS_VOLTAGE (2), DISPUNITS_FORCE (3).
         :param force_calib: Full scale of a force sensor in steps of 0.001 N; 30000 (30 N) suits the
-            FSC102. The page prints a range of 1 to 1000, which its own default and example exceed.
-            In counts of 1/1000 N; from 1 to 65535; default 30000.
-        :param newtons: ``force_calib`` in N; from 0.001 to 65.535.
+            FSC102. The page prints a range of 1 to 1000, which its own default and example exceed;
+            the vendor's C header has 1 to 1000000. In counts of 1/1000 N; from 1 to 4294967295;
+            default 30000.
+        :param newtons: ``force_calib`` in N; from 0.001 to 4294967.295.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
@@ -1603,7 +2293,7 @@ class WithTsgReading(Part):
 
         ``PZ_REQ_TSG_READING``, ``PZ_GET_TSG_READING``, Issue 3, page 129. Errata
         ``apt-tsg-reading-columns``, ``apt-tsg-reading-example-addresses``,
-        ``apt-tsg-reading-range``, ``apt-tsg-reading-unit``.
+        ``apt-tsg-reading-range``, ``apt-tsg-reading-unit``, ``apt37-piezo-tsg-reading-range``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1611,3 +2301,1131 @@ class WithTsgReading(Part):
         :raises SessionClosedError: if the session is closed.
         """
         return await self._get(t.TSG_READING, timeout)
+
+
+class WithKpzKcubeMmiParams(Part):
+    """Top panel parameters.
+
+    ``KPZ_SET_KCUBEMMIPARAMS``, ``KPZ_REQ_KCUBEMMIPARAMS``, ``KPZ_GET_KCUBEMMIPARAMS``; Issue 37,
+    pages 235, 236.
+    """
+
+    async def get_kcube_mmi_params(self, *, timeout: float | None = None) -> v.KpzKcubeMmiParams:
+        """Read the top panel parameters.
+
+        Wheel and display on the top panel of a KPZ101; the CT1P has it in its list.
+
+        ``KPZ_REQ_KCUBEMMIPARAMS``, ``KPZ_GET_KCUBEMMIPARAMS``, Issue 37, pages 235, 236. Errata
+        ``apt37-kpz-get-mmi-size``, ``apt37-piezo-request-channel-fixed``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KPZ_KCUBE_MMI_PARAMS, timeout)
+
+    async def set_kcube_mmi_params(
+        self,
+        *,
+        js_mode: e.KpzWheelMode | str | int,
+        js_volt_gearbox: e.KpzWheelGear | str | int,
+        js_volt_step: int | None = None,
+        js_volt_step_volts: Number | None = None,
+        dir_sense: e.KpzWheelDirection | str | int,
+        preset_volt1: int | None = None,
+        preset_volt1_volts: Number | None = None,
+        preset_volt2: int | None = None,
+        preset_volt2_volts: Number | None = None,
+        disp_brightness: int | None = None,
+        disp_brightness_percent: Number | None = None,
+        disp_timeout: int | None = None,
+        disp_timeout_min: Number | None = None,
+        disp_dim_level: int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the top panel parameters.
+
+        Wheel and display on the top panel of a KPZ101; the CT1P has it in its list. All values are
+        written in one frame.
+
+        Setting them starts no move; an operator who turns the wheel then changes the voltage in the
+        new way.
+
+        ``KPZ_SET_KCUBEMMIPARAMS``, Issue 37, page 235. Errata ``apt37-ct1p-messages-of-others``,
+        ``apt37-piezo-reserved-rows-missing``.
+
+        :param js_mode: :class:`~.KpzWheelMode`: VOLTAGE (1), JOG (2), GO_TO_VOLTAGE (3).
+        :param js_volt_gearbox: :class:`~.KpzWheelGear`: HIGH (1), MEDIUM (2), LOW (3).
+        :param js_volt_step: Step in JOG mode, and of an input trigger. Scale and range are those of
+            the vendor's C header; 32767 is 100 %. In counts; scale to V depends on maximum_volts;
+            from 0 to 32767.
+        :param js_volt_step_volts: ``js_volt_step`` in V; the scale depends on maximum_volts.
+        :param dir_sense: :class:`~.KpzWheelDirection`: DISABLED (0), POSITIVE (1), NEGATIVE (2).
+        :param preset_volt1: first voltage in GO_TO_VOLTAGE mode; the range is that of the vendor's
+            C header; in counts; scale to V depends on maximum_volts; from -32767 to 32767.
+        :param preset_volt1_volts: ``preset_volt1`` in V; the scale depends on maximum_volts.
+        :param preset_volt2: second voltage in GO_TO_VOLTAGE mode; the range is that of the vendor's
+            C header; in counts; scale to V depends on maximum_volts; from -32767 to 32767.
+        :param preset_volt2_volts: ``preset_volt2`` in V; the scale depends on maximum_volts.
+        :param disp_brightness: Brightness of the display; 0 is off. The MENU button still lights it
+            up for a moment. In counts of 1 percent; from 0 to 100.
+        :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 100.
+        :param disp_timeout: Time after which an unchanged display is dimmed, against burn-in; 0 is
+            never; in counts of 1 min; from 0 to 480.
+        :param disp_timeout_min: ``disp_timeout`` in min; from 0 to 480.
+        :param disp_dim_level: Brightness of the dimmed display, 0 (off) to 10 (brightest); also
+            limited by disp_brightness; from 0 to 10.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.KPZ_KCUBE_MMI_PARAMS,
+            timeout,
+            js_mode=js_mode,
+            js_volt_gearbox=js_volt_gearbox,
+            js_volt_step=js_volt_step,
+            js_volt_step_volts=js_volt_step_volts,
+            dir_sense=dir_sense,
+            preset_volt1=preset_volt1,
+            preset_volt1_volts=preset_volt1_volts,
+            preset_volt2=preset_volt2,
+            preset_volt2_volts=preset_volt2_volts,
+            disp_brightness=disp_brightness,
+            disp_brightness_percent=disp_brightness_percent,
+            disp_timeout=disp_timeout,
+            disp_timeout_min=disp_timeout_min,
+            disp_dim_level=disp_dim_level,
+        )
+
+    async def change_kcube_mmi_params(
+        self,
+        *,
+        js_mode: e.KpzWheelMode | str | int | None = None,
+        js_volt_gearbox: e.KpzWheelGear | str | int | None = None,
+        js_volt_step: int | None = None,
+        js_volt_step_volts: Number | None = None,
+        dir_sense: e.KpzWheelDirection | str | int | None = None,
+        preset_volt1: int | None = None,
+        preset_volt1_volts: Number | None = None,
+        preset_volt2: int | None = None,
+        preset_volt2_volts: Number | None = None,
+        disp_brightness: int | None = None,
+        disp_brightness_percent: Number | None = None,
+        disp_timeout: int | None = None,
+        disp_timeout_min: Number | None = None,
+        disp_dim_level: int | None = None,
+        timeout: float | None = None,
+    ) -> v.KpzKcubeMmiParams:
+        """Change the top panel parameters.
+
+        Wheel and display on the top panel of a KPZ101; the CT1P has it in its list. Reads the
+        current values, replaces the given ones and writes all of them in one frame, under one lock.
+        Returns the values written.
+
+        Setting them starts no move; an operator who turns the wheel then changes the voltage in the
+        new way.
+
+        ``KPZ_REQ_KCUBEMMIPARAMS``, ``KPZ_GET_KCUBEMMIPARAMS``, ``KPZ_SET_KCUBEMMIPARAMS``, Issue
+        37, pages 235, 236. Errata ``apt37-ct1p-messages-of-others``, ``apt37-kpz-get-mmi-size``,
+        ``apt37-piezo-request-channel-fixed``, ``apt37-piezo-reserved-rows-missing``.
+
+        :param js_mode: :class:`~.KpzWheelMode`: VOLTAGE (1), JOG (2), GO_TO_VOLTAGE (3).
+        :param js_volt_gearbox: :class:`~.KpzWheelGear`: HIGH (1), MEDIUM (2), LOW (3).
+        :param js_volt_step: Step in JOG mode, and of an input trigger. Scale and range are those of
+            the vendor's C header; 32767 is 100 %. In counts; scale to V depends on maximum_volts;
+            from 0 to 32767.
+        :param js_volt_step_volts: ``js_volt_step`` in V; the scale depends on maximum_volts.
+        :param dir_sense: :class:`~.KpzWheelDirection`: DISABLED (0), POSITIVE (1), NEGATIVE (2).
+        :param preset_volt1: first voltage in GO_TO_VOLTAGE mode; the range is that of the vendor's
+            C header; in counts; scale to V depends on maximum_volts; from -32767 to 32767.
+        :param preset_volt1_volts: ``preset_volt1`` in V; the scale depends on maximum_volts.
+        :param preset_volt2: second voltage in GO_TO_VOLTAGE mode; the range is that of the vendor's
+            C header; in counts; scale to V depends on maximum_volts; from -32767 to 32767.
+        :param preset_volt2_volts: ``preset_volt2`` in V; the scale depends on maximum_volts.
+        :param disp_brightness: Brightness of the display; 0 is off. The MENU button still lights it
+            up for a moment. In counts of 1 percent; from 0 to 100.
+        :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 100.
+        :param disp_timeout: Time after which an unchanged display is dimmed, against burn-in; 0 is
+            never; in counts of 1 min; from 0 to 480.
+        :param disp_timeout_min: ``disp_timeout`` in min; from 0 to 480.
+        :param disp_dim_level: Brightness of the dimmed display, 0 (off) to 10 (brightest); also
+            limited by disp_brightness; from 0 to 10.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.KPZ_KCUBE_MMI_PARAMS,
+            timeout,
+            js_mode=js_mode,
+            js_volt_gearbox=js_volt_gearbox,
+            js_volt_step=js_volt_step,
+            js_volt_step_volts=js_volt_step_volts,
+            dir_sense=dir_sense,
+            preset_volt1=preset_volt1,
+            preset_volt1_volts=preset_volt1_volts,
+            preset_volt2=preset_volt2,
+            preset_volt2_volts=preset_volt2_volts,
+            disp_brightness=disp_brightness,
+            disp_brightness_percent=disp_brightness_percent,
+            disp_timeout=disp_timeout,
+            disp_timeout_min=disp_timeout_min,
+            disp_dim_level=disp_dim_level,
+        )
+
+
+class WithKpzKcubeTrigIoConfig(Part):
+    """Configuration of the trigger ports.
+
+    ``KPZ_SET_KCUBETRIGIOCONFIG``, ``KPZ_REQ_KCUBETRIGIOCONFIG``, ``KPZ_GET_KCUBETRIGIOCONFIG``;
+    Issue 37, pages 237, 238, 239.
+    """
+
+    async def get_kcube_trig_io_config(
+        self,
+        *,
+        timeout: float | None = None,
+    ) -> v.KpzKcubeTrigIoConfig:
+        """Read the configuration of the trigger ports.
+
+        Function and active state of the two trigger ports of a KPZ101, each of which can be an
+        input or an output.
+
+        The length of the byte tables and of the vendor's C header.
+
+        ``KPZ_REQ_KCUBETRIGIOCONFIG``, ``KPZ_GET_KCUBETRIGIOCONFIG``, Issue 37, pages 237, 239.
+        Erratum ``apt37-piezo-request-channel-fixed``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KPZ_KCUBE_TRIG_IO_CONFIG, timeout)
+
+    async def set_kcube_trig_io_config(
+        self,
+        *,
+        trig1_mode: e.KpzTriggerMode | str | int,
+        trig1_polarity: e.TriggerPolarity | str | int,
+        trig2_mode: e.KpzTriggerMode | str | int,
+        trig2_polarity: e.TriggerPolarity | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the configuration of the trigger ports.
+
+        Function and active state of the two trigger ports of a KPZ101, each of which can be an
+        input or an output. All values are written in one frame.
+
+        It can change the level of an output, and afterwards a signal at an input can change the
+        voltage. Do not apply a voltage outside of 0 to 5 V to the ports. An input reacts to edges,
+        so it must become inactive before the next trigger. The length of the byte tables and of the
+        vendor's C header.
+
+        ``KPZ_SET_KCUBETRIGIOCONFIG``, Issue 37, pages 237, 238. Errata
+        ``apt37-kpz-digital-inputs``, ``apt37-kpz-trig-example-length``,
+        ``apt37-piezo-reserved-rows-missing``.
+
+        :param trig1_mode: function of port TRIG1; :class:`~.KpzTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_VOLTAGE_STEP_UP (2), INPUT_VOLTAGE_STEP_DOWN (3), OUTPUT_LOGIC
+            (0xa).
+        :param trig1_polarity: active state of port TRIG1; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param trig2_mode: function of port TRIG2; :class:`~.KpzTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_VOLTAGE_STEP_UP (2), INPUT_VOLTAGE_STEP_DOWN (3), OUTPUT_LOGIC
+            (0xa).
+        :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.KPZ_KCUBE_TRIG_IO_CONFIG,
+            timeout,
+            trig1_mode=trig1_mode,
+            trig1_polarity=trig1_polarity,
+            trig2_mode=trig2_mode,
+            trig2_polarity=trig2_polarity,
+        )
+
+    async def change_kcube_trig_io_config(
+        self,
+        *,
+        trig1_mode: e.KpzTriggerMode | str | int | None = None,
+        trig1_polarity: e.TriggerPolarity | str | int | None = None,
+        trig2_mode: e.KpzTriggerMode | str | int | None = None,
+        trig2_polarity: e.TriggerPolarity | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.KpzKcubeTrigIoConfig:
+        """Change the configuration of the trigger ports.
+
+        Function and active state of the two trigger ports of a KPZ101, each of which can be an
+        input or an output. Reads the current values, replaces the given ones and writes all of them
+        in one frame, under one lock. Returns the values written.
+
+        It can change the level of an output, and afterwards a signal at an input can change the
+        voltage. Do not apply a voltage outside of 0 to 5 V to the ports. An input reacts to edges,
+        so it must become inactive before the next trigger. The length of the byte tables and of the
+        vendor's C header.
+
+        ``KPZ_REQ_KCUBETRIGIOCONFIG``, ``KPZ_GET_KCUBETRIGIOCONFIG``, ``KPZ_SET_KCUBETRIGIOCONFIG``,
+        Issue 37, pages 237, 238, 239. Errata ``apt37-kpz-digital-inputs``,
+        ``apt37-kpz-trig-example-length``, ``apt37-piezo-request-channel-fixed``,
+        ``apt37-piezo-reserved-rows-missing``.
+
+        :param trig1_mode: function of port TRIG1; :class:`~.KpzTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_VOLTAGE_STEP_UP (2), INPUT_VOLTAGE_STEP_DOWN (3), OUTPUT_LOGIC
+            (0xa).
+        :param trig1_polarity: active state of port TRIG1; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param trig2_mode: function of port TRIG2; :class:`~.KpzTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_VOLTAGE_STEP_UP (2), INPUT_VOLTAGE_STEP_DOWN (3), OUTPUT_LOGIC
+            (0xa).
+        :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.KPZ_KCUBE_TRIG_IO_CONFIG,
+            timeout,
+            trig1_mode=trig1_mode,
+            trig1_polarity=trig1_polarity,
+            trig2_mode=trig2_mode,
+            trig2_polarity=trig2_polarity,
+        )
+
+
+class WithKsgKcubeMmiParams(Part):
+    """Top panel parameters.
+
+    ``KSG_SET_KCUBEMMIPARAMS``, ``KSG_REQ_KCUBEMMIPARAMS``, ``KSG_GET_KCUBEMMIPARAMS``; Issue 37,
+    pages 243, 244.
+    """
+
+    async def get_kcube_mmi_params(self, *, timeout: float | None = None) -> v.KsgKcubeMmiParams:
+        """Read the top panel parameters.
+
+        Display on the top panel of a KSG101.
+
+        ``KSG_REQ_KCUBEMMIPARAMS``, ``KSG_GET_KCUBEMMIPARAMS``, Issue 37, pages 243, 244. Errata
+        ``apt37-ksg-mmi-request-id``, ``apt37-piezo-request-channel-fixed``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KSG_KCUBE_MMI_PARAMS, timeout)
+
+    async def set_kcube_mmi_params(
+        self,
+        *,
+        disp_intensity: int | None = None,
+        disp_intensity_percent: Number | None = None,
+        disp_timeout: int | None = None,
+        disp_timeout_min: Number | None = None,
+        disp_dim_level: int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the top panel parameters.
+
+        Display on the top panel of a KSG101. All values are written in one frame.
+
+        ``KSG_SET_KCUBEMMIPARAMS``, Issue 37, page 243. Errata ``apt37-ksg-mmi-dim-level``,
+        ``apt37-ksg-mmi-example-short``.
+
+        :param disp_intensity: Brightness of the display; 0 is off. The MENU button still lights it
+            up for a moment. In counts of 1 percent; from 0 to 100.
+        :param disp_intensity_percent: ``disp_intensity`` in percent; from 0 to 100.
+        :param disp_timeout: Time after which an unchanged display is dimmed, against burn-in; 0 is
+            never; in counts of 1 min; from 0 to 480.
+        :param disp_timeout_min: ``disp_timeout`` in min; from 0 to 480.
+        :param disp_dim_level: Brightness of the dimmed display, 0 (off) to 10 (brightest); also
+            limited by disp_intensity. The breakdown of the example has 0x14 for 20 %, which is
+            beyond the range. From 0 to 10.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.KSG_KCUBE_MMI_PARAMS,
+            timeout,
+            disp_intensity=disp_intensity,
+            disp_intensity_percent=disp_intensity_percent,
+            disp_timeout=disp_timeout,
+            disp_timeout_min=disp_timeout_min,
+            disp_dim_level=disp_dim_level,
+        )
+
+    async def change_kcube_mmi_params(
+        self,
+        *,
+        disp_intensity: int | None = None,
+        disp_intensity_percent: Number | None = None,
+        disp_timeout: int | None = None,
+        disp_timeout_min: Number | None = None,
+        disp_dim_level: int | None = None,
+        timeout: float | None = None,
+    ) -> v.KsgKcubeMmiParams:
+        """Change the top panel parameters.
+
+        Display on the top panel of a KSG101. Reads the current values, replaces the given ones and
+        writes all of them in one frame, under one lock. Returns the values written.
+
+        ``KSG_REQ_KCUBEMMIPARAMS``, ``KSG_GET_KCUBEMMIPARAMS``, ``KSG_SET_KCUBEMMIPARAMS``, Issue
+        37, pages 243, 244. Errata ``apt37-ksg-mmi-dim-level``, ``apt37-ksg-mmi-example-short``,
+        ``apt37-ksg-mmi-request-id``, ``apt37-piezo-request-channel-fixed``.
+
+        :param disp_intensity: Brightness of the display; 0 is off. The MENU button still lights it
+            up for a moment. In counts of 1 percent; from 0 to 100.
+        :param disp_intensity_percent: ``disp_intensity`` in percent; from 0 to 100.
+        :param disp_timeout: Time after which an unchanged display is dimmed, against burn-in; 0 is
+            never; in counts of 1 min; from 0 to 480.
+        :param disp_timeout_min: ``disp_timeout`` in min; from 0 to 480.
+        :param disp_dim_level: Brightness of the dimmed display, 0 (off) to 10 (brightest); also
+            limited by disp_intensity. The breakdown of the example has 0x14 for 20 %, which is
+            beyond the range. From 0 to 10.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.KSG_KCUBE_MMI_PARAMS,
+            timeout,
+            disp_intensity=disp_intensity,
+            disp_intensity_percent=disp_intensity_percent,
+            disp_timeout=disp_timeout,
+            disp_timeout_min=disp_timeout_min,
+            disp_dim_level=disp_dim_level,
+        )
+
+
+class WithKsgKcubeTrigIoConfig(Part):
+    """Configuration of the trigger ports.
+
+    ``KSG_SET_KCUBETRIGIOCONFIG``, ``KSG_REQ_KCUBETRIGIOCONFIG``, ``KSG_GET_KCUBETRIGIOCONFIG``;
+    Issue 37, pages 245, 246, 247.
+    """
+
+    async def get_kcube_trig_io_config(
+        self,
+        *,
+        timeout: float | None = None,
+    ) -> v.KsgKcubeTrigIoConfig:
+        """Read the configuration of the trigger ports.
+
+        Function and active state of the two trigger ports, limits of the signal that switch them,
+        and smoothing of the display; for the KSG101, and in the list of the CT1P.
+
+        ``KSG_REQ_KCUBETRIGIOCONFIG``, ``KSG_GET_KCUBETRIGIOCONFIG``, Issue 37, pages 245, 247.
+        Erratum ``apt37-piezo-request-channel-fixed``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KSG_KCUBE_TRIG_IO_CONFIG, timeout)
+
+    async def set_kcube_trig_io_config(
+        self,
+        *,
+        trig1_mode: e.KsgTriggerMode | str | int,
+        trig1_polarity: e.TriggerPolarity | str | int,
+        trig2_mode: e.KsgTriggerMode | str | int,
+        trig2_polarity: e.TriggerPolarity | str | int,
+        lower_lim: int,
+        upper_lim: int,
+        smoothing_samples: int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the configuration of the trigger ports.
+
+        Function and active state of the two trigger ports, limits of the signal that switch them,
+        and smoothing of the display; for the KSG101, and in the list of the CT1P. All values are
+        written in one frame.
+
+        It can change the level of an output. Do not apply a voltage outside of 0 to 5 V to the
+        ports.
+
+        ``KSG_SET_KCUBETRIGIOCONFIG``, Issue 37, pages 245, 246. Errata
+        ``apt37-ksg-trig-example-samples``, ``apt37-ksg-trig-example-short``,
+        ``apt37-piezo-formats-missing``.
+
+        :param trig1_mode: function of port TRIG1; :class:`~.KsgTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), OUTPUT_LOGIC (0xa), OUTPUT_BELOW_LOWER_LIMIT (0xb),
+            OUTPUT_ABOVE_LOWER_LIMIT (0xc), OUTPUT_BELOW_UPPER_LIMIT (0xd), OUTPUT_ABOVE_UPPER_LIMIT
+            (0xe), OUTPUT_BETWEEN_LIMITS (0xf), OUTPUT_OUTSIDE_LIMITS (0x10).
+        :param trig1_polarity: active state of port TRIG1; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param trig2_mode: function of port TRIG2; :class:`~.KsgTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), OUTPUT_LOGIC (0xa), OUTPUT_BELOW_LOWER_LIMIT (0xb),
+            OUTPUT_ABOVE_LOWER_LIMIT (0xc), OUTPUT_BELOW_UPPER_LIMIT (0xd), OUTPUT_ABOVE_UPPER_LIMIT
+            (0xe), OUTPUT_BETWEEN_LIMITS (0xf), OUTPUT_OUTSIDE_LIMITS (0x10).
+        :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param lower_lim: Lower limit of the signal. The page gives no unit. From -100 to 100.
+        :param upper_lim: Upper limit of the signal. The page gives no unit. From -100 to 100.
+        :param smoothing_samples: Number of samples whose average is displayed; from 0 to 1000.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.KSG_KCUBE_TRIG_IO_CONFIG,
+            timeout,
+            trig1_mode=trig1_mode,
+            trig1_polarity=trig1_polarity,
+            trig2_mode=trig2_mode,
+            trig2_polarity=trig2_polarity,
+            lower_lim=lower_lim,
+            upper_lim=upper_lim,
+            smoothing_samples=smoothing_samples,
+        )
+
+    async def change_kcube_trig_io_config(
+        self,
+        *,
+        trig1_mode: e.KsgTriggerMode | str | int | None = None,
+        trig1_polarity: e.TriggerPolarity | str | int | None = None,
+        trig2_mode: e.KsgTriggerMode | str | int | None = None,
+        trig2_polarity: e.TriggerPolarity | str | int | None = None,
+        lower_lim: int | None = None,
+        upper_lim: int | None = None,
+        smoothing_samples: int | None = None,
+        timeout: float | None = None,
+    ) -> v.KsgKcubeTrigIoConfig:
+        """Change the configuration of the trigger ports.
+
+        Function and active state of the two trigger ports, limits of the signal that switch them,
+        and smoothing of the display; for the KSG101, and in the list of the CT1P. Reads the current
+        values, replaces the given ones and writes all of them in one frame, under one lock. Returns
+        the values written.
+
+        It can change the level of an output. Do not apply a voltage outside of 0 to 5 V to the
+        ports.
+
+        ``KSG_REQ_KCUBETRIGIOCONFIG``, ``KSG_GET_KCUBETRIGIOCONFIG``, ``KSG_SET_KCUBETRIGIOCONFIG``,
+        Issue 37, pages 245, 246, 247. Errata ``apt37-ksg-trig-example-samples``,
+        ``apt37-ksg-trig-example-short``, ``apt37-piezo-formats-missing``,
+        ``apt37-piezo-request-channel-fixed``.
+
+        :param trig1_mode: function of port TRIG1; :class:`~.KsgTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), OUTPUT_LOGIC (0xa), OUTPUT_BELOW_LOWER_LIMIT (0xb),
+            OUTPUT_ABOVE_LOWER_LIMIT (0xc), OUTPUT_BELOW_UPPER_LIMIT (0xd), OUTPUT_ABOVE_UPPER_LIMIT
+            (0xe), OUTPUT_BETWEEN_LIMITS (0xf), OUTPUT_OUTSIDE_LIMITS (0x10).
+        :param trig1_polarity: active state of port TRIG1; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param trig2_mode: function of port TRIG2; :class:`~.KsgTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), OUTPUT_LOGIC (0xa), OUTPUT_BELOW_LOWER_LIMIT (0xb),
+            OUTPUT_ABOVE_LOWER_LIMIT (0xc), OUTPUT_BELOW_UPPER_LIMIT (0xd), OUTPUT_ABOVE_UPPER_LIMIT
+            (0xe), OUTPUT_BETWEEN_LIMITS (0xf), OUTPUT_OUTSIDE_LIMITS (0x10).
+        :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param lower_lim: Lower limit of the signal. The page gives no unit. From -100 to 100.
+        :param upper_lim: Upper limit of the signal. The page gives no unit. From -100 to 100.
+        :param smoothing_samples: Number of samples whose average is displayed; from 0 to 1000.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.KSG_KCUBE_TRIG_IO_CONFIG,
+            timeout,
+            trig1_mode=trig1_mode,
+            trig1_polarity=trig1_polarity,
+            trig2_mode=trig2_mode,
+            trig2_polarity=trig2_polarity,
+            lower_lim=lower_lim,
+            upper_lim=upper_lim,
+            smoothing_samples=smoothing_samples,
+        )
+
+
+class WithKpcKcubeTrigIoConfig(Part):
+    """Configuration of the trigger ports.
+
+    ``KPC_SET_KCUBETRIGIOCONFIG``, ``KPC_REQ_KCUBETRIGIOCONFIG``, ``KPC_GET_KCUBETRIGIOCONFIG``;
+    Programs of the vendor, section Piezo controllers.
+    """
+
+    async def get_kcube_trig_io_config(
+        self,
+        *,
+        timeout: float | None = None,
+    ) -> v.KpcKcubeTrigIoConfig:
+        """Read the configuration of the trigger ports.
+
+        Function of the two trigger ports, limits of the strain gauge, and the monitor output of a
+        KPC101.
+
+        ``KPC_REQ_KCUBETRIGIOCONFIG``, ``KPC_GET_KCUBETRIGIOCONFIG``, Programs of the vendor,
+        section Piezo controllers.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KPC_KCUBE_TRIG_IO_CONFIG, timeout)
+
+    async def set_kcube_trig_io_config(
+        self,
+        *,
+        trig1_mode: e.KpcTriggerMode | str | int,
+        trig1_polarity: e.TriggerPolarity | str | int,
+        trig2_mode: e.KpcTriggerMode | str | int,
+        trig2_polarity: e.TriggerPolarity | str | int,
+        lower_lim: int | None = None,
+        lower_lim_percent: Number | None = None,
+        upper_lim: int | None = None,
+        upper_lim_percent: Number | None = None,
+        smoothing_samples: int,
+        monitor_signal: e.KpcMonitorSignal | str | int,
+        monitor_filter: int,
+        monitor_output: int | None = None,
+        monitor_output_volts: Number | None = None,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the configuration of the trigger ports.
+
+        Function of the two trigger ports, limits of the strain gauge, and the monitor output of a
+        KPC101. All values are written in one frame.
+
+        It can change the level of an output, and afterwards a signal at an input can change the
+        voltage. The messages have no known names; these are like those of the KPZ101.
+
+        ``KPC_SET_KCUBETRIGIOCONFIG``, Programs of the vendor, section Piezo controllers.
+
+        :param trig1_mode: function of port TRIG1; :class:`~.KpcTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_STEP_UP (2), INPUT_STEP_DOWN (3), OUTPUT_LOGIC (0xa),
+            OUTPUT_BELOW_LOWER_LIMIT (0xb), OUTPUT_ABOVE_LOWER_LIMIT (0xc), OUTPUT_BELOW_UPPER_LIMIT
+            (0xd), OUTPUT_ABOVE_UPPER_LIMIT (0xe), OUTPUT_BETWEEN_LIMITS (0xf),
+            OUTPUT_OUTSIDE_LIMITS (0x10).
+        :param trig1_polarity: active state of port TRIG1; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param trig2_mode: function of port TRIG2; :class:`~.KpcTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_STEP_UP (2), INPUT_STEP_DOWN (3), OUTPUT_LOGIC (0xa),
+            OUTPUT_BELOW_LOWER_LIMIT (0xb), OUTPUT_ABOVE_LOWER_LIMIT (0xc), OUTPUT_BELOW_UPPER_LIMIT
+            (0xd), OUTPUT_ABOVE_UPPER_LIMIT (0xe), OUTPUT_BETWEEN_LIMITS (0xf),
+            OUTPUT_OUTSIDE_LIMITS (0x10).
+        :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param lower_lim: lower limit of the strain gauge; in counts, 32767/100 per percent; from
+            -2147483648 to 2147483647.
+        :param lower_lim_percent: ``lower_lim`` in percent; from -6553800.006 to 6553800.003.
+        :param upper_lim: upper limit of the strain gauge; in counts, 32767/100 per percent; from
+            -2147483648 to 2147483647.
+        :param upper_lim_percent: ``upper_lim`` in percent; from -6553800.006 to 6553800.003.
+        :param smoothing_samples: number of samples that are averaged; from 0 to 65535.
+        :param monitor_signal: :class:`~.KpcMonitorSignal`: SOFTWARE (0), HIGH_VOLTAGE (1), POSITION
+            (2).
+        :param monitor_filter: cut-off frequency of the filter of the monitor output, without a
+            unit; from 0 to 65535.
+        :param monitor_output: voltage of the monitor output in SOFTWARE mode; in counts, 32767/10
+            per V; from -32768 to 32767.
+        :param monitor_output_volts: ``monitor_output`` in V; from -10.00030519 to 10.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.KPC_KCUBE_TRIG_IO_CONFIG,
+            timeout,
+            trig1_mode=trig1_mode,
+            trig1_polarity=trig1_polarity,
+            trig2_mode=trig2_mode,
+            trig2_polarity=trig2_polarity,
+            lower_lim=lower_lim,
+            lower_lim_percent=lower_lim_percent,
+            upper_lim=upper_lim,
+            upper_lim_percent=upper_lim_percent,
+            smoothing_samples=smoothing_samples,
+            monitor_signal=monitor_signal,
+            monitor_filter=monitor_filter,
+            monitor_output=monitor_output,
+            monitor_output_volts=monitor_output_volts,
+        )
+
+    async def change_kcube_trig_io_config(
+        self,
+        *,
+        trig1_mode: e.KpcTriggerMode | str | int | None = None,
+        trig1_polarity: e.TriggerPolarity | str | int | None = None,
+        trig2_mode: e.KpcTriggerMode | str | int | None = None,
+        trig2_polarity: e.TriggerPolarity | str | int | None = None,
+        lower_lim: int | None = None,
+        lower_lim_percent: Number | None = None,
+        upper_lim: int | None = None,
+        upper_lim_percent: Number | None = None,
+        smoothing_samples: int | None = None,
+        monitor_signal: e.KpcMonitorSignal | str | int | None = None,
+        monitor_filter: int | None = None,
+        monitor_output: int | None = None,
+        monitor_output_volts: Number | None = None,
+        timeout: float | None = None,
+    ) -> v.KpcKcubeTrigIoConfig:
+        """Change the configuration of the trigger ports.
+
+        Function of the two trigger ports, limits of the strain gauge, and the monitor output of a
+        KPC101. Reads the current values, replaces the given ones and writes all of them in one
+        frame, under one lock. Returns the values written.
+
+        It can change the level of an output, and afterwards a signal at an input can change the
+        voltage. The messages have no known names; these are like those of the KPZ101.
+
+        ``KPC_REQ_KCUBETRIGIOCONFIG``, ``KPC_GET_KCUBETRIGIOCONFIG``, ``KPC_SET_KCUBETRIGIOCONFIG``,
+        Programs of the vendor, section Piezo controllers.
+
+        :param trig1_mode: function of port TRIG1; :class:`~.KpcTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_STEP_UP (2), INPUT_STEP_DOWN (3), OUTPUT_LOGIC (0xa),
+            OUTPUT_BELOW_LOWER_LIMIT (0xb), OUTPUT_ABOVE_LOWER_LIMIT (0xc), OUTPUT_BELOW_UPPER_LIMIT
+            (0xd), OUTPUT_ABOVE_UPPER_LIMIT (0xe), OUTPUT_BETWEEN_LIMITS (0xf),
+            OUTPUT_OUTSIDE_LIMITS (0x10).
+        :param trig1_polarity: active state of port TRIG1; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param trig2_mode: function of port TRIG2; :class:`~.KpcTriggerMode`: DISABLED (0),
+            INPUT_LOGIC (1), INPUT_STEP_UP (2), INPUT_STEP_DOWN (3), OUTPUT_LOGIC (0xa),
+            OUTPUT_BELOW_LOWER_LIMIT (0xb), OUTPUT_ABOVE_LOWER_LIMIT (0xc), OUTPUT_BELOW_UPPER_LIMIT
+            (0xd), OUTPUT_ABOVE_UPPER_LIMIT (0xe), OUTPUT_BETWEEN_LIMITS (0xf),
+            OUTPUT_OUTSIDE_LIMITS (0x10).
+        :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`: HIGH (1), LOW
+            (2).
+        :param lower_lim: lower limit of the strain gauge; in counts, 32767/100 per percent; from
+            -2147483648 to 2147483647.
+        :param lower_lim_percent: ``lower_lim`` in percent; from -6553800.006 to 6553800.003.
+        :param upper_lim: upper limit of the strain gauge; in counts, 32767/100 per percent; from
+            -2147483648 to 2147483647.
+        :param upper_lim_percent: ``upper_lim`` in percent; from -6553800.006 to 6553800.003.
+        :param smoothing_samples: number of samples that are averaged; from 0 to 65535.
+        :param monitor_signal: :class:`~.KpcMonitorSignal`: SOFTWARE (0), HIGH_VOLTAGE (1), POSITION
+            (2).
+        :param monitor_filter: cut-off frequency of the filter of the monitor output, without a
+            unit; from 0 to 65535.
+        :param monitor_output: voltage of the monitor output in SOFTWARE mode; in counts, 32767/10
+            per V; from -32768 to 32767.
+        :param monitor_output_volts: ``monitor_output`` in V; from -10.00030519 to 10.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.KPC_KCUBE_TRIG_IO_CONFIG,
+            timeout,
+            trig1_mode=trig1_mode,
+            trig1_polarity=trig1_polarity,
+            trig2_mode=trig2_mode,
+            trig2_polarity=trig2_polarity,
+            lower_lim=lower_lim,
+            lower_lim_percent=lower_lim_percent,
+            upper_lim=upper_lim,
+            upper_lim_percent=upper_lim_percent,
+            smoothing_samples=smoothing_samples,
+            monitor_signal=monitor_signal,
+            monitor_filter=monitor_filter,
+            monitor_output=monitor_output,
+            monitor_output_volts=monitor_output_volts,
+        )
+
+
+class WithKpcKcubeMmiParams(Part):
+    """Top panel parameters.
+
+    ``KPC_SET_KCUBEMMIPARAMS``, ``KPC_REQ_KCUBEMMIPARAMS``, ``KPC_GET_KCUBEMMIPARAMS``; Programs of
+    the vendor, section Piezo controllers.
+    """
+
+    async def get_kcube_mmi_params(self, *, timeout: float | None = None) -> v.KpcKcubeMmiParams:
+        """Read the top panel parameters.
+
+        Wheel and display on the top panel of a KPC101.
+
+        ``KPC_REQ_KCUBEMMIPARAMS``, ``KPC_GET_KCUBEMMIPARAMS``, Programs of the vendor, section
+        Piezo controllers.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KPC_KCUBE_MMI_PARAMS, timeout)
+
+    async def set_kcube_mmi_params(
+        self,
+        *,
+        js_mode: e.KpcWheelMode | str | int,
+        js_gearbox: e.KpzWheelGear | str | int,
+        js_volt_step: int | None = None,
+        js_volt_step_volts: Number | None = None,
+        js_pos_step: int | None = None,
+        js_pos_step_um: Number | None = None,
+        dir_sense: e.KpzWheelDirection | str | int,
+        preset_volt1: int | None = None,
+        preset_volt1_volts: Number | None = None,
+        preset_volt2: int | None = None,
+        preset_volt2_volts: Number | None = None,
+        preset_pos1: int | None = None,
+        preset_pos1_um: Number | None = None,
+        preset_pos2: int | None = None,
+        preset_pos2_um: Number | None = None,
+        disp_brightness: int | None = None,
+        disp_brightness_percent: Number | None = None,
+        disp_timeout: int | None = None,
+        disp_timeout_min: Number | None = None,
+        disp_dim_level: int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the top panel parameters.
+
+        Wheel and display on the top panel of a KPC101. All values are written in one frame.
+
+        The messages have no known names; these are like those of the KPZ101.
+
+        ``KPC_SET_KCUBEMMIPARAMS``, Programs of the vendor, section Piezo controllers.
+
+        :param js_mode: :class:`~.KpcWheelMode`: ADJUST (1), JOG (2), GO_TO_PRESET (3).
+        :param js_gearbox: :class:`~.KpzWheelGear`: HIGH (1), MEDIUM (2), LOW (3).
+        :param js_volt_step: step of the voltage; in counts; scale to V depends on maximum_volts;
+            from 0 to 65535.
+        :param js_volt_step_volts: ``js_volt_step`` in V; the scale depends on maximum_volts.
+        :param js_pos_step: Step of the position. The XA software sends the step of the voltage here
+            as well. In counts; scale to um depends on maximum_travel; from 0 to 65535.
+        :param js_pos_step_um: ``js_pos_step`` in um; the scale depends on maximum_travel.
+        :param dir_sense: :class:`~.KpzWheelDirection`: DISABLED (0), POSITIVE (1), NEGATIVE (2).
+        :param preset_volt1: first voltage in GO_TO_PRESET mode; in counts; scale to V depends on
+            maximum_volts; from 0 to 65535.
+        :param preset_volt1_volts: ``preset_volt1`` in V; the scale depends on maximum_volts.
+        :param preset_volt2: second voltage in GO_TO_PRESET mode; in counts; scale to V depends on
+            maximum_volts; from 0 to 65535.
+        :param preset_volt2_volts: ``preset_volt2`` in V; the scale depends on maximum_volts.
+        :param preset_pos1: first position in GO_TO_PRESET mode; in counts; scale to um depends on
+            maximum_travel; from 0 to 65535.
+        :param preset_pos1_um: ``preset_pos1`` in um; the scale depends on maximum_travel.
+        :param preset_pos2: second position in GO_TO_PRESET mode; in counts; scale to um depends on
+            maximum_travel; from 0 to 65535.
+        :param preset_pos2_um: ``preset_pos2`` in um; the scale depends on maximum_travel.
+        :param disp_brightness: brightness of the display, 0 to 100 %; in counts of 1 percent; from
+            0 to 65535.
+        :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 65535.
+        :param disp_timeout: time after which an unchanged display is dimmed; 0 is never; in counts
+            of 1 min; from 0 to 65535.
+        :param disp_timeout_min: ``disp_timeout`` in min; from 0 to 65535.
+        :param disp_dim_level: brightness of the dimmed display; from 0 to 65535.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.KPC_KCUBE_MMI_PARAMS,
+            timeout,
+            js_mode=js_mode,
+            js_gearbox=js_gearbox,
+            js_volt_step=js_volt_step,
+            js_volt_step_volts=js_volt_step_volts,
+            js_pos_step=js_pos_step,
+            js_pos_step_um=js_pos_step_um,
+            dir_sense=dir_sense,
+            preset_volt1=preset_volt1,
+            preset_volt1_volts=preset_volt1_volts,
+            preset_volt2=preset_volt2,
+            preset_volt2_volts=preset_volt2_volts,
+            preset_pos1=preset_pos1,
+            preset_pos1_um=preset_pos1_um,
+            preset_pos2=preset_pos2,
+            preset_pos2_um=preset_pos2_um,
+            disp_brightness=disp_brightness,
+            disp_brightness_percent=disp_brightness_percent,
+            disp_timeout=disp_timeout,
+            disp_timeout_min=disp_timeout_min,
+            disp_dim_level=disp_dim_level,
+        )
+
+    async def change_kcube_mmi_params(
+        self,
+        *,
+        js_mode: e.KpcWheelMode | str | int | None = None,
+        js_gearbox: e.KpzWheelGear | str | int | None = None,
+        js_volt_step: int | None = None,
+        js_volt_step_volts: Number | None = None,
+        js_pos_step: int | None = None,
+        js_pos_step_um: Number | None = None,
+        dir_sense: e.KpzWheelDirection | str | int | None = None,
+        preset_volt1: int | None = None,
+        preset_volt1_volts: Number | None = None,
+        preset_volt2: int | None = None,
+        preset_volt2_volts: Number | None = None,
+        preset_pos1: int | None = None,
+        preset_pos1_um: Number | None = None,
+        preset_pos2: int | None = None,
+        preset_pos2_um: Number | None = None,
+        disp_brightness: int | None = None,
+        disp_brightness_percent: Number | None = None,
+        disp_timeout: int | None = None,
+        disp_timeout_min: Number | None = None,
+        disp_dim_level: int | None = None,
+        timeout: float | None = None,
+    ) -> v.KpcKcubeMmiParams:
+        """Change the top panel parameters.
+
+        Wheel and display on the top panel of a KPC101. Reads the current values, replaces the given
+        ones and writes all of them in one frame, under one lock. Returns the values written.
+
+        The messages have no known names; these are like those of the KPZ101.
+
+        ``KPC_REQ_KCUBEMMIPARAMS``, ``KPC_GET_KCUBEMMIPARAMS``, ``KPC_SET_KCUBEMMIPARAMS``, Programs
+        of the vendor, section Piezo controllers.
+
+        :param js_mode: :class:`~.KpcWheelMode`: ADJUST (1), JOG (2), GO_TO_PRESET (3).
+        :param js_gearbox: :class:`~.KpzWheelGear`: HIGH (1), MEDIUM (2), LOW (3).
+        :param js_volt_step: step of the voltage; in counts; scale to V depends on maximum_volts;
+            from 0 to 65535.
+        :param js_volt_step_volts: ``js_volt_step`` in V; the scale depends on maximum_volts.
+        :param js_pos_step: Step of the position. The XA software sends the step of the voltage here
+            as well. In counts; scale to um depends on maximum_travel; from 0 to 65535.
+        :param js_pos_step_um: ``js_pos_step`` in um; the scale depends on maximum_travel.
+        :param dir_sense: :class:`~.KpzWheelDirection`: DISABLED (0), POSITIVE (1), NEGATIVE (2).
+        :param preset_volt1: first voltage in GO_TO_PRESET mode; in counts; scale to V depends on
+            maximum_volts; from 0 to 65535.
+        :param preset_volt1_volts: ``preset_volt1`` in V; the scale depends on maximum_volts.
+        :param preset_volt2: second voltage in GO_TO_PRESET mode; in counts; scale to V depends on
+            maximum_volts; from 0 to 65535.
+        :param preset_volt2_volts: ``preset_volt2`` in V; the scale depends on maximum_volts.
+        :param preset_pos1: first position in GO_TO_PRESET mode; in counts; scale to um depends on
+            maximum_travel; from 0 to 65535.
+        :param preset_pos1_um: ``preset_pos1`` in um; the scale depends on maximum_travel.
+        :param preset_pos2: second position in GO_TO_PRESET mode; in counts; scale to um depends on
+            maximum_travel; from 0 to 65535.
+        :param preset_pos2_um: ``preset_pos2`` in um; the scale depends on maximum_travel.
+        :param disp_brightness: brightness of the display, 0 to 100 %; in counts of 1 percent; from
+            0 to 65535.
+        :param disp_brightness_percent: ``disp_brightness`` in percent; from 0 to 65535.
+        :param disp_timeout: time after which an unchanged display is dimmed; 0 is never; in counts
+            of 1 min; from 0 to 65535.
+        :param disp_timeout_min: ``disp_timeout`` in min; from 0 to 65535.
+        :param disp_dim_level: brightness of the dimmed display; from 0 to 65535.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.KPC_KCUBE_MMI_PARAMS,
+            timeout,
+            js_mode=js_mode,
+            js_gearbox=js_gearbox,
+            js_volt_step=js_volt_step,
+            js_volt_step_volts=js_volt_step_volts,
+            js_pos_step=js_pos_step,
+            js_pos_step_um=js_pos_step_um,
+            dir_sense=dir_sense,
+            preset_volt1=preset_volt1,
+            preset_volt1_volts=preset_volt1_volts,
+            preset_volt2=preset_volt2,
+            preset_volt2_volts=preset_volt2_volts,
+            preset_pos1=preset_pos1,
+            preset_pos1_um=preset_pos1_um,
+            preset_pos2=preset_pos2,
+            preset_pos2_um=preset_pos2_um,
+            disp_brightness=disp_brightness,
+            disp_brightness_percent=disp_brightness_percent,
+            disp_timeout=disp_timeout,
+            disp_timeout_min=disp_timeout_min,
+            disp_dim_level=disp_dim_level,
+        )
+
+
+class WithKpcIoSettings(Part):
+    """Input and output settings.
+
+    ``KPC_SET_IOSETTINGS``, ``KPC_REQ_IOSETTINGS``, ``KPC_GET_IOSETTINGS``; Programs of the vendor,
+    section Piezo controllers.
+    """
+
+    async def get_io_settings(self, *, timeout: float | None = None) -> v.KpcIoSettings:
+        """Read the input and output settings.
+
+        Voltage limit and full scale, analogue input, filter, and use of the strain gauge of a
+        KPC101.
+
+        ``KPC_REQ_IOSETTINGS``, ``KPC_GET_IOSETTINGS``, Programs of the vendor, section Piezo
+        controllers.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.KPC_IO_SETTINGS, timeout)
+
+    async def set_io_settings(
+        self,
+        *,
+        voltage_limit: int | None = None,
+        volts: Number | None = None,
+        analog_input: e.KpcAnalogInput | str | int,
+        filter: int,
+        voltage_range: e.KpcVoltageRange | str | int,
+        force_sense: int,
+        strain_gauge_option: e.KpcStrainGaugeOption | str | int,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the input and output settings.
+
+        Voltage limit and full scale, analogue input, filter, and use of the strain gauge of a
+        KPC101. All values are written in one frame.
+
+        Setting them changes the output, because voltages are shares of the full scale. The messages
+        have no known names; these are like those of the TPZ001.
+
+        ``KPC_SET_IOSETTINGS``, Programs of the vendor, section Piezo controllers.
+
+        :param voltage_limit: highest voltage; it does not change the scale; in counts of 1 V; from
+            0 to 65535.
+        :param volts: ``voltage_limit`` in V; from 0 to 65535.
+        :param analog_input: :class:`~.KpcAnalogInput`: DISABLED (0), HUB_INPUT_A (1), HUB_INPUT_B
+            (2), EXTERNAL (3).
+        :param filter: cut-off frequency of the filter, without a unit; from 0 to 65535.
+        :param voltage_range: voltage of 32767 counts; :class:`~.KpcVoltageRange`: RANGE_75V (0x4b),
+            RANGE_150V (0x96).
+        :param force_sense: force of the sensor, without a unit; from 0 to 65535.
+        :param strain_gauge_option: :class:`~.KpcStrainGaugeOption`: POSITION (0), FORCE (1).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(
+            t.KPC_IO_SETTINGS,
+            timeout,
+            voltage_limit=voltage_limit,
+            volts=volts,
+            analog_input=analog_input,
+            filter=filter,
+            voltage_range=voltage_range,
+            force_sense=force_sense,
+            strain_gauge_option=strain_gauge_option,
+        )
+
+    async def change_io_settings(
+        self,
+        *,
+        voltage_limit: int | None = None,
+        volts: Number | None = None,
+        analog_input: e.KpcAnalogInput | str | int | None = None,
+        filter: int | None = None,
+        voltage_range: e.KpcVoltageRange | str | int | None = None,
+        force_sense: int | None = None,
+        strain_gauge_option: e.KpcStrainGaugeOption | str | int | None = None,
+        timeout: float | None = None,
+    ) -> v.KpcIoSettings:
+        """Change the input and output settings.
+
+        Voltage limit and full scale, analogue input, filter, and use of the strain gauge of a
+        KPC101. Reads the current values, replaces the given ones and writes all of them in one
+        frame, under one lock. Returns the values written.
+
+        Setting them changes the output, because voltages are shares of the full scale. The messages
+        have no known names; these are like those of the TPZ001.
+
+        ``KPC_REQ_IOSETTINGS``, ``KPC_GET_IOSETTINGS``, ``KPC_SET_IOSETTINGS``, Programs of the
+        vendor, section Piezo controllers.
+
+        :param voltage_limit: highest voltage; it does not change the scale; in counts of 1 V; from
+            0 to 65535.
+        :param volts: ``voltage_limit`` in V; from 0 to 65535.
+        :param analog_input: :class:`~.KpcAnalogInput`: DISABLED (0), HUB_INPUT_A (1), HUB_INPUT_B
+            (2), EXTERNAL (3).
+        :param filter: cut-off frequency of the filter, without a unit; from 0 to 65535.
+        :param voltage_range: voltage of 32767 counts; :class:`~.KpcVoltageRange`: RANGE_75V (0x4b),
+            RANGE_150V (0x96).
+        :param force_sense: force of the sensor, without a unit; from 0 to 65535.
+        :param strain_gauge_option: :class:`~.KpcStrainGaugeOption`: POSITION (0), FORCE (1).
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if the value of a field is unknown; nothing is written.
+        :raises OutOfRangeError: if a given value or a current one is out of range; nothing is
+            written.
+        :raises BadValueError: if a value has the wrong type; nothing is written.
+        :raises UnknownScaleError: if a value is in a unit whose scale is unknown; nothing is
+            written.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._change(
+            t.KPC_IO_SETTINGS,
+            timeout,
+            voltage_limit=voltage_limit,
+            volts=volts,
+            analog_input=analog_input,
+            filter=filter,
+            voltage_range=voltage_range,
+            force_sense=force_sense,
+            strain_gauge_option=strain_gauge_option,
+        )

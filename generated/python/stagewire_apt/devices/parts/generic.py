@@ -299,8 +299,9 @@ class WithModDigOutputs(Part):
 
         Digital outputs of the CONTROL IO connector on the rear panel.
 
-        ``MOD_REQ_DIGOUTPUTS``, ``MOD_GET_DIGOUTPUTS``, Issue 37, page 58. Erratum
-        ``apt37-list-vendor-software``.
+        ``MOD_REQ_DIGOUTPUTS``, ``MOD_GET_DIGOUTPUTS``, Issue 37, page 58. Errata
+        ``apt37-list-bpc-digoutputs``, ``apt37-list-kcube-digoutputs``,
+        ``apt37-list-kna101-vendor-software``, ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -324,7 +325,9 @@ class WithModDigOutputs(Part):
         controllers, an output shares its pin with the trigger output; first switch the trigger off
         with MOT_SET_TRIGGER.
 
-        ``MOD_SET_DIGOUTPUTS``, Issue 37, page 58. Erratum ``apt37-list-vendor-software``.
+        ``MOD_SET_DIGOUTPUTS``, Issue 37, page 58. Errata ``apt37-list-bpc-digoutputs``,
+        ``apt37-list-kcube-digoutputs``, ``apt37-list-kna101-vendor-software``,
+        ``apt37-list-vendor-software``.
 
         :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`: digital_output_1
             (0x1), digital_output_2 (0x2), digital_output_3 (0x4), digital_output_4 (0x8), or
@@ -355,7 +358,8 @@ class WithModDigOutputs(Part):
         with MOT_SET_TRIGGER.
 
         ``MOD_REQ_DIGOUTPUTS``, ``MOD_GET_DIGOUTPUTS``, ``MOD_SET_DIGOUTPUTS``, Issue 37, page 58.
-        Erratum ``apt37-list-vendor-software``.
+        Errata ``apt37-list-bpc-digoutputs``, ``apt37-list-kcube-digoutputs``,
+        ``apt37-list-kna101-vendor-software``, ``apt37-list-vendor-software``.
 
         :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`: digital_output_1
             (0x1), digital_output_2 (0x2), digital_output_3 (0x4), digital_output_4 (0x8), or
@@ -518,7 +522,8 @@ class WithKcubeMmiLock(Part):
         Locks the controls on the top panel, for all channels of the unit. Only for the KNA101,
         KLS1550, KLS635 and KLD101. The power switch and the laser enable switch always work.
 
-        ``HW_REQ_KCUBEMMILOCK``, ``HW_GET_KCUBEMMILOCK``, Issue 37, page 59. Erratum
+        ``HW_REQ_KCUBEMMILOCK``, ``HW_GET_KCUBEMMILOCK``, Issue 37, page 59. Errata
+        ``apt37-list-kna101-vendor-software``, ``apt37-list-laser-lock``,
         ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
@@ -567,7 +572,8 @@ class WithKcubeMmiLock(Part):
         lock. Returns the values written.
 
         ``HW_REQ_KCUBEMMILOCK``, ``HW_GET_KCUBEMMILOCK``, ``HW_SET_KCUBEMMILOCK``, Issue 37, page
-        59. Errata ``apt37-kcubemmilock-volatile``, ``apt37-list-vendor-software``.
+        59. Errata ``apt37-kcubemmilock-volatile``, ``apt37-list-kna101-vendor-software``,
+        ``apt37-list-laser-lock``, ``apt37-list-vendor-software``.
 
         :param mmi_lock: :class:`~.MmiLock`: LOCKED (1), UNLOCKED (2).
         :param timeout: in seconds; default: the timeout of the device.

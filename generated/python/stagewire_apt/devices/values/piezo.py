@@ -12,6 +12,14 @@ from stagewire_apt import messages as m
 __all__ = [
     "InputVoltsSrc",
     "IoSettings",
+    "KpcIoSettings",
+    "KpcKcubeMmiParams",
+    "KpcKcubeTrigIoConfig",
+    "KpzKcubeMmiParams",
+    "KpzKcubeTrigIoConfig",
+    "KpzKcubeTrigIoConfigShort",
+    "KsgKcubeMmiParams",
+    "KsgKcubeTrigIoConfig",
     "MaxTravel",
     "OutputLut",
     "OutputLutParams",
@@ -19,7 +27,11 @@ __all__ = [
     "OutputPos",
     "OutputVolts",
     "PiConsts",
+    "PidCriteria",
     "PosControlMode",
+    "PpcIoSettings",
+    "PpcNotchParams",
+    "PpcPidConsts",
     "PzStatusBits",
     "PzStatusUpdate",
     "TpzDispSettings",
@@ -148,7 +160,11 @@ class PzStatusUpdate(Values[m.PzGetPzStatusUpdate]):
     from 0 to 32767."""
     position_um = InUnits("position", "piezo_position", "um")
     """``position`` in um; the scale depends on maximum_travel."""
-    status_bits = BitsByUnit("status_bits", f.BpcStatusBits, {"TPZ001": f.TpzStatusBits})
+    status_bits = BitsByUnit(
+        "status_bits",
+        f.BpcStatusBits,
+        {"TPZ001": f.TpzStatusBits, "KPZ101": f.TpzStatusBits},
+    )
     """The meaning depends on the controller; tables are printed for the TPZ001 and the BPC series
     only; :class:`~.BpcStatusBits`; from 0 to 4294967295."""
 
@@ -208,6 +224,99 @@ class TpzSlewRates(Values[m.PzGetTpzSlewRates]):
     from 0 to 32767."""
     slew_closed_volts_per_ms = InUnits("slew_closed", "slew_rate", "V/ms")
     """``slew_closed`` in V/ms; the scale depends on maximum_volts."""
+
+
+class PpcPidConsts(Values[m.PzGetPpcPidConsts]):
+    """The position loop constants reported by ``PZ_GET_PPC_PIDCONSTS``.
+
+    Constants of the position loop; they only apply in closed loop. Only for the PPC001, PPC102 and
+    CT1P. Issue 37, pages 208, 209.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """:class:`~.Channel`; from 0 to 65535."""
+    pid_consts_p = Raw("pid_consts_p")
+    """Proportional term; from 0 to 10000; default 900."""
+    pid_consts_i = Raw("pid_consts_i")
+    """Integral term; from 0 to 10000; default 800."""
+    pid_consts_d = Raw("pid_consts_d")
+    """Derivative term; from 0 to 10000; default 90."""
+    pid_consts_dfc = Raw("pid_consts_dfc")
+    """Cut-off frequency of the low-pass filter of the derivative term. The page gives no unit. From 0
+    to 10000; default 1000."""
+    pid_deriv_filter_on = Named("pid_deriv_filter_on", e.DerivativeFilter)
+    """:class:`~.DerivativeFilter`; from 0 to 65535."""
+
+
+class PpcNotchParams(Values[m.PzGetPpcNotchParams]):
+    """The notch filter parameters reported by ``PZ_GET_PPC_NOTCHPARAMS``.
+
+    Two notch filters of the position loop, against the mechanical resonance of the actuator. Only
+    for the PPC001 and PPC102. Issue 37, pages 210, 211.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """:class:`~.Channel`; from 0 to 65535."""
+    filter_no = Named("filter_no", e.NotchFilter)
+    """Filters that the message addresses; :class:`~.NotchFilter`; from 0 to 65535."""
+    filter1_fc = Raw("filter1_fc")
+    """Centre frequency of filter 1, from 20 Hz; 0 if the filter is not addressed, as in the example on
+    page 211; in counts of 1 Hz; from 0 to 500."""
+    filter1_fc_hz = InUnits("filter1_fc", "notch_frequency", "Hz")
+    """``filter1_fc`` in Hz; from 0 to 500."""
+    filter1_q = Raw("filter1_q")
+    """Q factor of filter 1. The page has a range from 0.2, but a word has no fractions; the example
+    has 50 (0x32) for 50. From 0 to 100."""
+    notch_filter1_on = Named("notch_filter1_on", e.NotchFilterState)
+    """:class:`~.NotchFilterState`; from 0 to 65535."""
+    filter2_fc = Raw("filter2_fc")
+    """Centre frequency of filter 2, from 20 Hz; 0 if the filter is not addressed, as in the example;
+    in counts of 1 Hz; from 0 to 500."""
+    filter2_fc_hz = InUnits("filter2_fc", "notch_frequency", "Hz")
+    """``filter2_fc`` in Hz; from 0 to 500."""
+    filter2_q = Raw("filter2_q")
+    """Q factor of filter 2, with the same range; 0 if the filter is not addressed, as in the example;
+    from 0 to 100."""
+    notch_filter2_on = Named("notch_filter2_on", e.NotchFilterState)
+    """:class:`~.NotchFilterState`; from 0 to 65535."""
+
+
+class PpcIoSettings(Values[m.PzGetPpcIoSettings]):
+    """The input and output settings reported by ``PZ_GET_PPC_IOSETTINGS``.
+
+    Signals that drive the amplifier, connectors on the rear panel, position sensor and brightness.
+    Only for the PPC001, PPC102 and CT1P. Issue 37, pages 212, 214.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """Always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to 65535."""
+    control_src = Named("control_src", e.PpcControlSource)
+    """:class:`~.PpcControlSource`; from 0 to 65535."""
+    monitor_op_sig = Named("monitor_op_sig", e.PpcMonitorSignal)
+    """:class:`~.PpcMonitorSignal`; from 0 to 65535."""
+    monitor_op_bw = Named("monitor_op_bw", e.PpcMonitorFilter)
+    """:class:`~.PpcMonitorFilter`; from 0 to 65535."""
+    feedback_src = Named("feedback_src", e.PpcFeedbackSource)
+    """:class:`~.PpcFeedbackSource`; from 0 to 65535."""
+    fp_brightness = Named("fp_brightness", e.PpcBrightness)
+    """:class:`~.PpcBrightness`; from 0 to 65535."""
+
+
+class PidCriteria(Values[m.PzGetPidCriteria]):
+    """The near-target criterion of the position loop reported by ``PZ_GET_PIDCRITERIA``.
+
+    Distance from the target at which a CT1P changes to the PID constants for low noise. Only for
+    the CT1P. Issue 37, page 411.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """Always CHAN1; the first byte of Channel; :class:`~.Channel`; from 0 to 255."""
+    criterion = Named("criterion", e.NearTargetCriterion)
+    """The second byte of Channel; :class:`~.NearTargetCriterion`; from 0 to 255."""
+    index = Named("index", e.PidIndex)
+    """Group of constants that PZ_PPC_PIDCONSTS sets; :class:`~.PidIndex`; from 0 to 65535."""
+    target_error_window = Raw("target_error_window")
+    """Distance from the target at which the constants change. The page gives no unit. From 0 to 65535."""
 
 
 class OutputLut(Values[m.PzGetOutputLut]):
@@ -306,21 +415,21 @@ class TpzIoSettings(Values[m.PzGetTpzIoSettings]):
 class TsgIoSettings(Values[m.PzGetTsgIoSettings]):
     """The strain gauge settings reported by ``PZ_GET_TSG_IOSETTINGS``.
 
-    Feedback path, display and force calibration of a TSG001. Issue 3, pages 127, 128.
+    Feedback path, display and force calibration of a TSG001 or KSG101. Issue 37, pages 240, 241.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
     """Always CHAN1; :class:`~.Channel`; from 0 to 65535."""
     hub_analogue_output = Named("hub_analogue_output", e.HubAnalogueOutput)
-    """Path of the feedback signal to a TPZ001; :class:`~.HubAnalogueOutput`; from 0 to 65535."""
+    """Path of the feedback signal to a piezo driver; :class:`~.HubAnalogueOutput`; from 0 to 65535."""
     display_mode = Named("display_mode", e.DisplayMode)
     """Also the unit of the readings; :class:`~.DisplayMode`; from 0 to 65535."""
     force_calib = Raw("force_calib")
     """Full scale of a force sensor in steps of 0.001 N; 30000 (30 N) suits the FSC102. The page prints
-    a range of 1 to 1000, which its own default and example exceed. In counts of 1/1000 N; from 1 to
-    65535; default 30000."""
+    a range of 1 to 1000, which its own default and example exceed; the vendor's C header has 1 to
+    1000000. In counts of 1/1000 N; from 1 to 4294967295; default 30000."""
     newtons = InUnits("force_calib", "force_calibration", "N")
-    """``force_calib`` in N; from 0.001 to 65.535."""
+    """``force_calib`` in N; from 0.001 to 4294967.295."""
 
 
 class TsgReading(Values[m.PzGetTsgReading]):
@@ -345,3 +454,255 @@ class TsgReading(Values[m.PzGetTsgReading]):
     smoothed = Raw("smoothed")
     """Smoothed reading. Neither range nor unit is printed, and a word cannot hold negative readings.
     From 0 to 65535."""
+
+
+class KpzKcubeMmiParams(Values[m.KpzGetKcubeMmiParams]):
+    """The top panel parameters reported by ``KPZ_GET_KCUBEMMIPARAMS``.
+
+    Wheel and display on the top panel of a KPZ101; the CT1P has it in its list. Issue 37, pages
+    235, 236.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """Always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to 65535."""
+    js_mode = Named("js_mode", e.KpzWheelMode)
+    """:class:`~.KpzWheelMode`; from 0 to 65535."""
+    js_volt_gearbox = Named("js_volt_gearbox", e.KpzWheelGear)
+    """:class:`~.KpzWheelGear`; from 0 to 65535."""
+    js_volt_step = Raw("js_volt_step")
+    """Step in JOG mode, and of an input trigger. Scale and range are those of the vendor's C header;
+    32767 is 100 %. In counts; scale to V depends on maximum_volts; from 0 to 32767."""
+    js_volt_step_volts = InUnits("js_volt_step", "output_volts", "V")
+    """``js_volt_step`` in V; the scale depends on maximum_volts."""
+    dir_sense = Named("dir_sense", e.KpzWheelDirection)
+    """:class:`~.KpzWheelDirection`; from 0 to 65535."""
+    preset_volt1 = Raw("preset_volt1")
+    """First voltage in GO_TO_VOLTAGE mode; the range is that of the vendor's C header; in counts;
+    scale to V depends on maximum_volts; from -32767 to 32767."""
+    preset_volt1_volts = InUnits("preset_volt1", "output_volts", "V")
+    """``preset_volt1`` in V; the scale depends on maximum_volts."""
+    preset_volt2 = Raw("preset_volt2")
+    """Second voltage in GO_TO_VOLTAGE mode; the range is that of the vendor's C header; in counts;
+    scale to V depends on maximum_volts; from -32767 to 32767."""
+    preset_volt2_volts = InUnits("preset_volt2", "output_volts", "V")
+    """``preset_volt2`` in V; the scale depends on maximum_volts."""
+    disp_brightness = Raw("disp_brightness")
+    """Brightness of the display; 0 is off. The MENU button still lights it up for a moment. In counts
+    of 1 percent; from 0 to 100."""
+    disp_brightness_percent = InUnits("disp_brightness", "percent", "percent")
+    """``disp_brightness`` in percent; from 0 to 100."""
+    disp_timeout = Raw("disp_timeout")
+    """Time after which an unchanged display is dimmed, against burn-in; 0 is never; in counts of 1
+    min; from 0 to 480."""
+    disp_timeout_min = InUnits("disp_timeout", "minutes", "min")
+    """``disp_timeout`` in min; from 0 to 480."""
+    disp_dim_level = Raw("disp_dim_level")
+    """Brightness of the dimmed display, 0 (off) to 10 (brightest); also limited by disp_brightness;
+    from 0 to 10."""
+
+
+class KpzKcubeTrigIoConfig(Values[m.KpzGetKcubeTrigIoConfig | m.KpzGetKcubeTrigIoConfigShort]):
+    """The configuration of the trigger ports reported by ``KPZ_GET_KCUBETRIGIOCONFIG``.
+
+    Function and active state of the two trigger ports of a KPZ101, each of which can be an input or
+    an output. Issue 37, pages 237, 239.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """Always CHAN1; :class:`~.Channel`; from 0 to 65535."""
+    trig1_mode = Named("trig1_mode", e.KpzTriggerMode)
+    """Function of port TRIG1; :class:`~.KpzTriggerMode`; from 0 to 65535."""
+    trig1_polarity = Named("trig1_polarity", e.TriggerPolarity)
+    """Active state of port TRIG1; :class:`~.TriggerPolarity`; from 0 to 65535."""
+    trig2_mode = Named("trig2_mode", e.KpzTriggerMode)
+    """Function of port TRIG2; :class:`~.KpzTriggerMode`; from 0 to 65535."""
+    trig2_polarity = Named("trig2_polarity", e.TriggerPolarity)
+    """Active state of port TRIG2; :class:`~.TriggerPolarity`; from 0 to 65535."""
+
+
+class KpzKcubeTrigIoConfigShort(Values[m.KpzGetKcubeTrigIoConfigShort]):
+    """The configuration of the trigger ports reported by ``KPZ_GET_KCUBETRIGIOCONFIG``.
+
+    Function and active state of the two trigger ports of a KPZ101, each of which can be an input or
+    an output. Issue 37, pages 237, 239.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """Always CHAN1; :class:`~.Channel`; from 0 to 65535."""
+    trig1_mode = Named("trig1_mode", e.KpzTriggerMode)
+    """Function of port TRIG1; :class:`~.KpzTriggerMode`; from 0 to 65535."""
+    trig1_polarity = Named("trig1_polarity", e.TriggerPolarity)
+    """Active state of port TRIG1; :class:`~.TriggerPolarity`; from 0 to 65535."""
+    trig2_mode = Named("trig2_mode", e.KpzTriggerMode)
+    """Function of port TRIG2; :class:`~.KpzTriggerMode`; from 0 to 65535."""
+    trig2_polarity = Named("trig2_polarity", e.TriggerPolarity)
+    """Active state of port TRIG2; :class:`~.TriggerPolarity`; from 0 to 65535."""
+
+
+class KsgKcubeMmiParams(Values[m.KsgGetKcubeMmiParams]):
+    """The top panel parameters reported by ``KSG_GET_KCUBEMMIPARAMS``.
+
+    Display on the top panel of a KSG101. Issue 37, pages 243, 244.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """Always CHAN1; :class:`~.Channel`; from 0 to 65535."""
+    disp_intensity = Raw("disp_intensity")
+    """Brightness of the display; 0 is off. The MENU button still lights it up for a moment. In counts
+    of 1 percent; from 0 to 100."""
+    disp_intensity_percent = InUnits("disp_intensity", "percent", "percent")
+    """``disp_intensity`` in percent; from 0 to 100."""
+    disp_timeout = Raw("disp_timeout")
+    """Time after which an unchanged display is dimmed, against burn-in; 0 is never; in counts of 1
+    min; from 0 to 480."""
+    disp_timeout_min = InUnits("disp_timeout", "minutes", "min")
+    """``disp_timeout`` in min; from 0 to 480."""
+    disp_dim_level = Raw("disp_dim_level")
+    """Brightness of the dimmed display, 0 (off) to 10 (brightest); also limited by disp_intensity. The
+    breakdown of the example has 0x14 for 20 %, which is beyond the range. From 0 to 10."""
+
+
+class KsgKcubeTrigIoConfig(Values[m.KsgGetKcubeTrigIoConfig]):
+    """The configuration of the trigger ports reported by ``KSG_GET_KCUBETRIGIOCONFIG``.
+
+    Function and active state of the two trigger ports, limits of the signal that switch them, and
+    smoothing of the display; for the KSG101, and in the list of the CT1P. Issue 37, pages 245, 247.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """Always CHAN1; :class:`~.Channel`; from 0 to 65535."""
+    trig1_mode = Named("trig1_mode", e.KsgTriggerMode)
+    """Function of port TRIG1; :class:`~.KsgTriggerMode`; from 0 to 65535."""
+    trig1_polarity = Named("trig1_polarity", e.TriggerPolarity)
+    """Active state of port TRIG1; :class:`~.TriggerPolarity`; from 0 to 65535."""
+    trig2_mode = Named("trig2_mode", e.KsgTriggerMode)
+    """Function of port TRIG2; :class:`~.KsgTriggerMode`; from 0 to 65535."""
+    trig2_polarity = Named("trig2_polarity", e.TriggerPolarity)
+    """Active state of port TRIG2; :class:`~.TriggerPolarity`; from 0 to 65535."""
+    lower_lim = Raw("lower_lim")
+    """Lower limit of the signal. The page gives no unit. From -100 to 100."""
+    upper_lim = Raw("upper_lim")
+    """Upper limit of the signal. The page gives no unit. From -100 to 100."""
+    smoothing_samples = Raw("smoothing_samples")
+    """Number of samples whose average is displayed; from 0 to 1000."""
+
+
+class KpcKcubeTrigIoConfig(Values[m.KpcGetKcubeTrigIoConfig]):
+    """The configuration of the trigger ports reported by ``KPC_GET_KCUBETRIGIOCONFIG``.
+
+    Function of the two trigger ports, limits of the strain gauge, and the monitor output of a
+    KPC101. Programs of the vendor, section Piezo controllers.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """Always CHAN1; :class:`~.Channel`; from 0 to 65535."""
+    trig1_mode = Named("trig1_mode", e.KpcTriggerMode)
+    """Function of port TRIG1; :class:`~.KpcTriggerMode`; from 0 to 65535."""
+    trig1_polarity = Named("trig1_polarity", e.TriggerPolarity)
+    """Active state of port TRIG1; :class:`~.TriggerPolarity`; from 0 to 65535."""
+    trig2_mode = Named("trig2_mode", e.KpcTriggerMode)
+    """Function of port TRIG2; :class:`~.KpcTriggerMode`; from 0 to 65535."""
+    trig2_polarity = Named("trig2_polarity", e.TriggerPolarity)
+    """Active state of port TRIG2; :class:`~.TriggerPolarity`; from 0 to 65535."""
+    lower_lim = Raw("lower_lim")
+    """Lower limit of the strain gauge; in counts, 32767/100 per percent; from -2147483648 to
+    2147483647."""
+    lower_lim_percent = InUnits("lower_lim", "share_32767", "percent")
+    """``lower_lim`` in percent; from -6553800.006 to 6553800.003."""
+    upper_lim = Raw("upper_lim")
+    """Upper limit of the strain gauge; in counts, 32767/100 per percent; from -2147483648 to
+    2147483647."""
+    upper_lim_percent = InUnits("upper_lim", "share_32767", "percent")
+    """``upper_lim`` in percent; from -6553800.006 to 6553800.003."""
+    smoothing_samples = Raw("smoothing_samples")
+    """Number of samples that are averaged; from 0 to 65535."""
+    monitor_signal = Named("monitor_signal", e.KpcMonitorSignal)
+    """:class:`~.KpcMonitorSignal`; from 0 to 65535."""
+    monitor_filter = Raw("monitor_filter")
+    """Cut-off frequency of the filter of the monitor output, without a unit; from 0 to 65535."""
+    monitor_output = Raw("monitor_output")
+    """Voltage of the monitor output in SOFTWARE mode; in counts, 32767/10 per V; from -32768 to 32767."""
+    monitor_output_volts = InUnits("monitor_output", "monitor_volts", "V")
+    """``monitor_output`` in V; from -10.00030519 to 10."""
+
+
+class KpcKcubeMmiParams(Values[m.KpcGetKcubeMmiParams]):
+    """The top panel parameters reported by ``KPC_GET_KCUBEMMIPARAMS``.
+
+    Wheel and display on the top panel of a KPC101. Programs of the vendor, section Piezo
+    controllers.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """Always CHAN1; :class:`~.Channel`; from 0 to 65535."""
+    js_mode = Named("js_mode", e.KpcWheelMode)
+    """:class:`~.KpcWheelMode`; from 0 to 65535."""
+    js_gearbox = Named("js_gearbox", e.KpzWheelGear)
+    """:class:`~.KpzWheelGear`; from 0 to 65535."""
+    js_volt_step = Raw("js_volt_step")
+    """Step of the voltage; in counts; scale to V depends on maximum_volts; from 0 to 65535."""
+    js_volt_step_volts = InUnits("js_volt_step", "output_volts", "V")
+    """``js_volt_step`` in V; the scale depends on maximum_volts."""
+    js_pos_step = Raw("js_pos_step")
+    """Step of the position. The XA software sends the step of the voltage here as well. In counts;
+    scale to um depends on maximum_travel; from 0 to 65535."""
+    js_pos_step_um = InUnits("js_pos_step", "piezo_position", "um")
+    """``js_pos_step`` in um; the scale depends on maximum_travel."""
+    dir_sense = Named("dir_sense", e.KpzWheelDirection)
+    """:class:`~.KpzWheelDirection`; from 0 to 65535."""
+    preset_volt1 = Raw("preset_volt1")
+    """First voltage in GO_TO_PRESET mode; in counts; scale to V depends on maximum_volts; from 0 to
+    65535."""
+    preset_volt1_volts = InUnits("preset_volt1", "output_volts", "V")
+    """``preset_volt1`` in V; the scale depends on maximum_volts."""
+    preset_volt2 = Raw("preset_volt2")
+    """Second voltage in GO_TO_PRESET mode; in counts; scale to V depends on maximum_volts; from 0 to
+    65535."""
+    preset_volt2_volts = InUnits("preset_volt2", "output_volts", "V")
+    """``preset_volt2`` in V; the scale depends on maximum_volts."""
+    preset_pos1 = Raw("preset_pos1")
+    """First position in GO_TO_PRESET mode; in counts; scale to um depends on maximum_travel; from 0 to
+    65535."""
+    preset_pos1_um = InUnits("preset_pos1", "piezo_position", "um")
+    """``preset_pos1`` in um; the scale depends on maximum_travel."""
+    preset_pos2 = Raw("preset_pos2")
+    """Second position in GO_TO_PRESET mode; in counts; scale to um depends on maximum_travel; from 0
+    to 65535."""
+    preset_pos2_um = InUnits("preset_pos2", "piezo_position", "um")
+    """``preset_pos2`` in um; the scale depends on maximum_travel."""
+    disp_brightness = Raw("disp_brightness")
+    """Brightness of the display, 0 to 100 %; in counts of 1 percent; from 0 to 65535."""
+    disp_brightness_percent = InUnits("disp_brightness", "percent", "percent")
+    """``disp_brightness`` in percent; from 0 to 65535."""
+    disp_timeout = Raw("disp_timeout")
+    """Time after which an unchanged display is dimmed; 0 is never; in counts of 1 min; from 0 to
+    65535."""
+    disp_timeout_min = InUnits("disp_timeout", "minutes", "min")
+    """``disp_timeout`` in min; from 0 to 65535."""
+    disp_dim_level = Raw("disp_dim_level")
+    """Brightness of the dimmed display; from 0 to 65535."""
+
+
+class KpcIoSettings(Values[m.KpcGetIoSettings]):
+    """The input and output settings reported by ``KPC_GET_IOSETTINGS``.
+
+    Voltage limit and full scale, analogue input, filter, and use of the strain gauge of a KPC101.
+    Programs of the vendor, section Piezo controllers.
+    """
+
+    chan_ident = Named("chan_ident", e.Channel)
+    """Always CHAN1; :class:`~.Channel`; from 0 to 65535."""
+    voltage_limit = Raw("voltage_limit")
+    """Highest voltage; it does not change the scale; in counts of 1 V; from 0 to 65535."""
+    volts = InUnits("voltage_limit", "volts", "V")
+    """``voltage_limit`` in V; from 0 to 65535."""
+    analog_input = Named("analog_input", e.KpcAnalogInput)
+    """:class:`~.KpcAnalogInput`; from 0 to 65535."""
+    filter = Raw("filter")
+    """Cut-off frequency of the filter, without a unit; from 0 to 65535."""
+    voltage_range = Named("voltage_range", e.KpcVoltageRange)
+    """Voltage of 32767 counts; :class:`~.KpcVoltageRange`; from 0 to 65535."""
+    force_sense = Raw("force_sense")
+    """Force of the sensor, without a unit; from 0 to 65535."""
+    strain_gauge_option = Named("strain_gauge_option", e.KpcStrainGaugeOption)
+    """:class:`~.KpcStrainGaugeOption`; from 0 to 65535."""
