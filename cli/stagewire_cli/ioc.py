@@ -113,17 +113,23 @@ def ioc(
             if pva:
                 servers.append(PvAccessServer(made.records, access, addresses, pva_port))
             end = asyncio.Event()
-            with signals(end.set):
-                await made.run(
-                    servers,
-                    end,
-                    lambda: typer.echo(
-                        f"stagewire: {len(made.motors)} motors, {len(made.records)} records by Channel "
-                        f"Access on {', '.join(addresses)}, port {port}",
-                        err=True,
-                    ),
-                    autosave,
+
+            def ready() -> None:
+                typer.echo(
+                    f"stagewire: {len(made.motors)} motors, {len(made.records)} records by Channel Access on "
+                    f"{', '.join(addresses)}, port {port}",
+                    err=True,
                 )
+                if bind is None:
+                    where = "127.0.0.1" if port == _CA_PORT else f"127.0.0.1:{port}"
+                    typer.echo(
+                        f"stagewire: clients on this computer need EPICS_CA_ADDR_LIST={where}",
+                        err=True,
+                    )
+                _collect_often()
+
+            with signals(end.set):
+                await made.run(servers, end, ready, autosave)
 
         logging.basicConfig(level=logging.WARNING, format="stagewire: %(message)s")
         asyncio.run(serve())
@@ -132,3 +138,16 @@ def ioc(
     except OSError as error:
         typer.echo(f"stagewire: cannot serve: {error.strerror or error}", err=True)
         raise typer.Exit(WRONG) from None
+
+
+def _collect_often() -> None:
+    """Let the garbage collector run often and quickly, so that memory does not grow between its runs.
+
+    The errors of puts refer to each other. By default, the many objects of the imports delay their
+    collection.
+    """
+    import gc
+
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(700, 10, 2)

@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from stagewire.devices import Bits, BitsByUnit, InUnits, Raw, Values
+from stagewire.devices import Bits, BitsByUnit, InUnits, Raw, Real, Values
 from stagewire.errors import UnknownScaleError
 
 _STATUS_METHODS = (
@@ -61,6 +61,6 @@ def numbers_of(values: Values[Any]) -> dict[str, Value]:
         if isinstance(described, InUnits):
             with suppress(UnknownScaleError):
                 numbers[described.field] = Value(getattr(values, name), described.unit)
-        elif isinstance(described, Raw):
+        elif isinstance(described, Raw | Real):
             numbers[described.field] = Value(getattr(values, name))
     return numbers

@@ -104,17 +104,17 @@ def of_replay(
 
 
 def show_all() -> None:
-    """Print all units, and the names of their quirks, strategies and faults."""
+    """Print all units that can be simulated, and the names of their quirks, strategies and faults."""
     from stagewire_apt import PROTOCOL as APT
     from stagewire_virtual.asi_ms2000.instrument import STRATEGIES
+    from stagewire_virtual.factory import simulated_units
     from stagewire_virtual.faults.fault import ACTIONS
-    from stagewire_virtual.instrument import all_units
     from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
     from stagewire_virtual.thorlabs_apt.rack import RACK
 
     out = console()
     units = table("unit", "description", "protocol", "stages")
-    for name, unit in sorted(all_units().items()):
+    for name, unit in sorted(simulated_units().items()):
         stages = ", ".join(unit.facts["stages"])
         units.add_row(name, unit.facts["title"], unit.protocol.name, stages)
     units.add_row(RACK, "rack of modules; a bench file names the module in each bay", APT.name)

@@ -113,7 +113,7 @@ class PartBackend(SignalBackend[SignalDatatypeT], Generic[SignalDatatypeT]):
         return await self.get_value() if self._setpoint is None else self._setpoint
 
     def set_callback(self, callback: Callback[Reading[SignalDatatypeT]] | None) -> None:
-        """Begin or end to poll the value."""
+        """Start or stop polling the value."""
         if self._poller is not None:
             self._poller.cancel()
             self._poller = None

@@ -1,4 +1,4 @@
-"""Lets the suspenders of bluesky watch signals of ophyd-async.
+"""An adapter that lets suspenders of bluesky watch signals of ophyd-async.
 
 A suspender subscribes as to a signal of ophyd: from any thread, with ``event_type=`` and ``run=``, and its
 callback takes ``value=``. A signal of ophyd-async refuses that with a :class:`TypeError`.
@@ -20,7 +20,7 @@ class Watched:
     :param signal: a connected signal, such as ``motor.readback`` or ``gauge.reading``.
     :param run_engine: the RunEngine in whose event loop the signal was connected.
 
-    While the controller does not answer, the signal has no new values, and the suspender does not act.
+    While the controller does not answer, the value is NaN, and the suspender does not act.
     """
 
     def __init__(self, signal: SignalR[Any], run_engine: Any) -> None:
@@ -61,7 +61,7 @@ class Watched:
         return key
 
     def clear_sub(self, function: Callable[..., Any]) -> None:
-        """End to call a function."""
+        """Stop calling a function."""
         call = self._callbacks.pop(id(function), None)
         if call is not None:
             self._in_loop(lambda: self._signal.clear_sub(call))

@@ -65,22 +65,22 @@ class Calibration:
         await self._state.post_target(reading.position)
 
     async def put_set(self, choice: int) -> None:
-        """Set SET."""
+        """Choose whether targets move the axis or set its position."""
         await self._at_rest("SET")
         await self._state.post(SET=choice)
 
     async def put_foff(self, choice: int) -> None:
-        """Set FOFF."""
+        """Choose whether setting a position changes OFF or the controller."""
         await self._state.post(FOFF=choice)
 
     async def put_off(self, offset: float) -> None:
-        """Set OFF."""
+        """Set the user coordinate of the dial position 0."""
         await self._at_rest("OFF")
         self._state.coordinates.offset = offset
         await self._state.post_coordinates()
 
     async def put_dir(self, choice: int) -> None:
-        """Set DIR."""
+        """Choose the direction of user coordinates."""
         reading, place = await self._at_rest("DIR"), self._state.coordinates
         user = place.user(reading.position)
         place.negative = bool(choice)
@@ -89,23 +89,23 @@ class Calibration:
         await self._state.post_coordinates()
 
     async def put_hlm(self, user: float) -> None:
-        """Set HLM."""
+        """Set the upper limit in user coordinates."""
         await self._limit(
             "HLM", self._state.coordinates.dial(user), upper=not self._state.coordinates.negative
         )
 
     async def put_llm(self, user: float) -> None:
-        """Set LLM."""
+        """Set the lower limit in user coordinates."""
         await self._limit(
             "LLM", self._state.coordinates.dial(user), upper=self._state.coordinates.negative
         )
 
     async def put_dhlm(self, dial: float) -> None:
-        """Set DHLM."""
+        """Set the upper limit in dial coordinates."""
         await self._limit("DHLM", dial, upper=True)
 
     async def put_dllm(self, dial: float) -> None:
-        """Set DLLM."""
+        """Set the lower limit in dial coordinates."""
         await self._limit("DLLM", dial, upper=False)
 
     async def _limit(self, name: str, dial: float, *, upper: bool) -> None:
@@ -115,11 +115,11 @@ class Calibration:
         await self._state.post_coordinates()
 
     async def put_twv(self, distance: float) -> None:
-        """Set TWV."""
+        """Set the distance of TWF and TWR."""
         await self._state.post(TWV=distance)
 
     async def put_hlsv(self, choice: int) -> None:
-        """Set HLSV."""
+        """Set the severity while a limit switch is active."""
         await self._state.post(HLSV=choice)
 
     async def _at_rest(self, name: str) -> Reading:

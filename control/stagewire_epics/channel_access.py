@@ -20,7 +20,6 @@ from caproto import (
     SubscriptionType,
 )
 
-from stagewire.errors import StagewireError
 from stagewire_epics.access import Access
 from stagewire_epics.circuits import Circuits
 from stagewire_epics.records import Kind, PutRefusedError, Record
@@ -124,12 +123,8 @@ class _Channel(ChannelData):  # type: ignore[misc]
         return AccessRights.READ
 
     async def write(self, value: Any, *, flags: int = 0, **metadata: Any) -> None:
-        """Put the value of a client into the record; the record publishes what becomes of it."""
-        try:
-            await self._record.put(self.preprocess_value(value))
-        except StagewireError as error:
-            _log.warning("a put failed: %s", error)
-            raise
+        """Put the value of a client into the record; the record publishes the result."""
+        await self._record.put(self.preprocess_value(value))
 
     async def subscribe(self, queue: Any, sub_spec: Any, sub: Any) -> None:
         """Subscribe a client, unless its type cannot hold the value: no later event could be published."""

@@ -1,8 +1,8 @@
 """Connections of Channel Access clients.
 
 Events reach a client before the answer to the put that caused them. caproto sends both independently, and
-collects events for up to a second under load. A client would then read a position of before the end of a
-motion that its put has completed.
+collects events for up to a second under load. After its put has completed, a client would then
+read a position from before the end of the motion.
 
 A client that breaks the protocol, floods the server or does not read loses its connection, without an effect
 on other clients. With caproto alone, some of these would end the server or leave the connection open.

@@ -33,7 +33,7 @@ class Server(Protocol):
         """Begin to serve."""
 
     async def close(self) -> None:
-        """End."""
+        """Stop serving."""
 
 
 class _Controller:

@@ -1,4 +1,4 @@
-"""Motions of an axis: one at a time, the newest wins, and each has an end that is known soon."""
+"""Motions of an axis: one at a time, the newest wins, and a missing end is noticed within seconds."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Motion:
         """Its end for the client that asked for it."""
 
     def check(self) -> None:
-        """Raise an error if it must not begin now; call it right before the frame that starts it."""
+        """Raise an error if the motion must not begin. Call it immediately before its frame is sent."""
         if self.failure is not None or self.interrupted:
             raise self.failure or MotionStoppedError(f"{self.what} waits for the end of a pause")
 
@@ -124,7 +124,7 @@ class Motions:
         return self._runner is not None
 
     def start(self, motion: Motion) -> None:
-        """Carry out a motion, after a stop of the one that is under way, whose client gets an error.
+        """Start a motion. The one under way is stopped first, and its client gets an error.
 
         Raise :class:`PutRefusedError` when the IOC ends.
         """
@@ -139,14 +139,15 @@ class Motions:
         self.resume()
 
     def resume(self) -> None:
-        """Begin or continue with the motion that waits, unless motions are paused."""
+        """Begin or continue the waiting motion, unless motions are paused."""
         if self._runner is None and self.wanted is not None and not self.paused:
             self._runner = asyncio.create_task(self._run())
 
     async def stop(self, why: str, *, hold: bool = True) -> None:
         """Stop the axis, and fail the motion that was asked for.
 
-        An axis that says that it is at rest is left alone, because a stop disables the motor of an MS-2000.
+        An axis that the controller reports at rest is left alone, because a stop disables the motor of an
+        MS-2000.
         """
         motion, self.held = self.wanted, hold
         if motion is not None:
@@ -164,7 +165,7 @@ class Motions:
         await self.halt()
 
     async def halt(self) -> None:
-        """Send a stop, unless the axis says that it is at rest."""
+        """Send a stop, unless the controller reports that the axis is at rest."""
         if self.axis is None:
             return
         if self._runner is None and not self._silent:

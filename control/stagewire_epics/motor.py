@@ -142,7 +142,7 @@ class Motor:
             await asyncio.sleep(IDLE / 5 if moving else IDLE)
 
     async def close(self) -> None:
-        """Refuse motions, stop the axis, if it was moved by a client, and fail the put that waits."""
+        """Refuse motions, stop the axis, if it was moved by a client, and fail its pending put."""
         self._motions.closed = True
         if self._motions.wanted is not None or self._motions.running:
             error = MotionStoppedError(f"{self.name}: the IOC ends; its axis was stopped")
@@ -163,7 +163,7 @@ class Motor:
         await self._state.post_changes(MISS=0, LVIO=0)
 
     async def read(self, reading: Reading) -> None:
-        """Publish the state of the axis. After a motion that no client asked for, the target is there."""
+        """Publish the state of the axis. A motion that no client asked for ends at a new target."""
         former = self._state.reading
         await self._state.show(reading)
         if self.status is not None:

@@ -42,6 +42,8 @@ ChangeBit: TypeAlias = Callable[[Parameter, str, bool], Awaitable[None]]
 def kind_of(one: Parameter) -> Kind:
     """Return the kind of the record of a parameter."""
     if one.kind is ParameterKind.NUMBER:
+        if one.real:
+            return Kind.FLOAT
         ends = (one.given.minimum, one.given.maximum) if one.given else ()
         fits = all(end is None or end in _INTEGERS for end in ends)
         return Kind.INTEGER if fits and not one.scaled else Kind.FLOAT

@@ -7,6 +7,7 @@ The names of the records of the part ``LAB:x`` follow from the registry. They ar
 ``LAB:x:TRIGGER:TRIGIN_ENABLE``      a bit of a parameter: set, bit
 ``LAB:x:IO_CONFIG:BNC1:MODE``        a parameter of a set whose request requires a choice
 ``LAB:x:STATUS:HOMED``               a bit of the status
+``LAB:x:STATUS:STATUS_BITS_2:HOMED`` the same, if the status has such a bit for several channels
 ``LAB:x:STATUS:VELOCITY``            another value of the status
 ``LAB:x:REFRESH``                    1 reads all sets now
 ===================================  ================================================================
@@ -74,10 +75,19 @@ class _SetRecords:
 
     def _field(self, one: Parameter) -> ValueRecord | BitRecords:
         text = f"{one.name} of {self._set.name}".replace("_", " ")
-        if one.kind is ParameterKind.BITS:
-            return BitRecords(self._name, one, text, self._change_bit if one.changeable else None)
         name = f"{self._name}:{one.name.upper()}"
+        if one.kind is ParameterKind.BITS:
+            # A status of several channels has the same bits for each of them.
+            place = name if self._has_again(one) else self._name
+            return BitRecords(place, one, text, self._change_bit if one.changeable else None)
         return ValueRecord(name, one, text, self._change if one.changeable else None)
+
+    def _has_again(self, one: Parameter) -> bool:
+        """Return whether another parameter of the set has a bit of the same name."""
+        others = (other for other in self._set.parameters.values() if other.name != one.name)
+        return any(
+            {*one.names} & {*other.names} for other in others if other.kind is ParameterKind.BITS
+        )
 
     async def read(self) -> None:
         """Request the set and publish it. An error of this request is published instead.

@@ -5,6 +5,7 @@ A record knows no network. A server, such as Channel Access, listens to it and p
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Awaitable, Callable
@@ -13,6 +14,8 @@ from enum import Enum, IntEnum
 from typing import Any, Final
 
 from stagewire.errors import StagewireError
+
+_log = logging.getLogger("stagewire")
 
 
 class PutRefusedError(StagewireError):
@@ -163,7 +166,11 @@ class Record:
         if self._put is None:
             raise PutRefusedError(f"{self.name} is read-only")
         self.puts += 1
-        await self._put(self.checked(value))
+        try:
+            await self._put(self.checked(value))
+        except StagewireError as error:
+            _log.warning("a put failed: %s", error)
+            raise
 
     def checked(self, value: Any) -> Any:
         """Return a value that a client put as one of the kind of the record.

@@ -101,6 +101,6 @@ else:
 
 def __dir__() -> list[str]:
     """Return the public names and the units."""
-    from stagewire_virtual.instrument import all_units
+    from stagewire_virtual.factory import simulated_units
 
-    return sorted([*__all__, *all_units()])
+    return sorted([*__all__, *simulated_units()])

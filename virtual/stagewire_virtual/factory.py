@@ -6,7 +6,8 @@ the instrument class of each protocol that supports virtual controllers.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import functools
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from stagewire import Stage
     from stagewire_virtual.clock import SteppedClock
 
-_KINDS: Final[dict[str, Callable[[Unit, Clock, Options], Instrument]]] = {
+_KINDS: Final[dict[str, type[Ms2000Instrument] | type[AptInstrument]]] = {
     "asi_ms2000": Ms2000Instrument,
     "thorlabs_apt": AptInstrument,
 }
@@ -39,15 +40,33 @@ def make_instrument(unit: Unit, clock: Clock, options: Options = _DEFAULT) -> In
     """Make the virtual controller of a unit.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that the unit does not support, and
-    :class:`~stagewire_virtual.errors.VirtualError` if the protocol of the unit has no virtual controllers.
+    :class:`~stagewire_virtual.errors.VirtualError` if the unit cannot be simulated yet, or its protocol has
+    no virtual controllers.
     """
+    if reason := why_not(unit):
+        raise VirtualError(reason)
+    return _KINDS[unit.protocol.name](unit, clock, options)
+
+
+def why_not(unit: Unit) -> str:
+    """Return why a unit has no virtual controller; empty if it has one."""
     kind = _KINDS.get(unit.protocol.name)
     if kind is None:
-        raise VirtualError(
+        return (
             f"{unit.name} uses {unit.protocol.name}, which has no virtual controllers "
             f"(supported protocols: {', '.join(_KINDS)})"
         )
-    return kind(unit, clock, options)
+    return kind.why_not(unit)
+
+
+def simulated_units() -> dict[str, Unit]:
+    """Return the units of all installed protocols that can be simulated, by name."""
+    return dict(_simulated())
+
+
+@functools.cache
+def _simulated() -> Mapping[str, Unit]:
+    return {name: unit for name, unit in all_units().items() if not why_not(unit)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,12 +163,14 @@ class Factory:
 def factory_of(name: str) -> Factory:
     """Return the factory of a unit by its exact name, for the attribute lookup of a module.
 
-    Raises :class:`AttributeError` for an unknown unit.
+    Raises :class:`AttributeError` for an unknown unit, and for one that cannot be simulated yet.
     """
-    units = all_units()
-    if name not in units:
-        raise AttributeError(str(UnknownUnitError(name, sorted(units))), name=name)
-    return Factory(units[name])
+    unit = all_units().get(name)
+    if unit is None:
+        raise AttributeError(str(UnknownUnitError(name, sorted(_simulated()))), name=name)
+    if reason := why_not(unit):
+        raise AttributeError(reason, name=name)
+    return Factory(unit)
 
 
 def rack(

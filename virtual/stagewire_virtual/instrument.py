@@ -136,6 +136,11 @@ class Instrument:
         self.on_refusal: Callable[[str], None] = ignore
         """Called with a sentence that says why a request of the host was refused; for logs."""
 
+    @classmethod
+    def why_not(cls, unit: Unit) -> str:
+        """Return why a unit cannot be simulated yet; empty if it can."""
+        return ""
+
     @property
     def units(self) -> Sequence[Unit]:
         """The unit, and the units in its bays."""

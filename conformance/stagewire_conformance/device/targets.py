@@ -288,7 +288,7 @@ def _rack(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
         unit=unit,
         facts=facts,
         is_motherboard=True,
-        listed=addressees.of_any_board if has_modules else addressees.of_board(unit) - later,
+        listed=(addressees.of_any_board if has_modules else addressees.of_board(unit)) - later,
         later=later,
         unsupported=pics.unsupported,
     )
@@ -354,7 +354,7 @@ def _place(
     card: BayPics | None = None,
 ) -> Target:
     bay = card.number if card else None
-    channels = tuple(range(1, unit.channels + 1))
+    channels = unit.channel_idents
     stated = {each.number: each for each in pics.channels if each.bay in (bay, None)}
     later = _later(facts, unit, pics)
     return Target(
@@ -368,7 +368,7 @@ def _place(
         later=later,
         unsupported={**pics.unsupported, **(card.unsupported if card else {})},
         fitted={
-            number: attachment_of(unit, facts, stated.get(number, ChannelPics(number=number)))
-            for number in channels
+            ident: attachment_of(unit, facts, stated.get(number, ChannelPics(number=number)))
+            for number, ident in enumerate(channels, 1)
         },
     )

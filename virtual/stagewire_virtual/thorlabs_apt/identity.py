@@ -182,11 +182,10 @@ def _random_number(prefix: int, stream: str) -> int:
 
 def _free_prefix(unit: Unit) -> int:
     registry = unit.registry
-    known = {entry.get("usb_prefix") for entry in registry["units"]} | {
-        prefix
-        for entry in registry.get("unsupported", {}).values()
-        for prefix in entry.get("prefixes", ())
-    }
+    known = {entry.get(f) for entry in registry["units"] for f in ("usb_prefix", "card_usb_prefix")}
+    known |= {int(prefix) for prefix in registry["known_prefixes"]}
+    for entry in registry.get("unsupported", {}).values():
+        known |= {*entry.get("prefixes", ())}
     return next(number for number in range(_NO_PREFIX, 0, -1) if number not in known)
 
 

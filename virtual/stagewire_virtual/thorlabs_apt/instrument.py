@@ -23,7 +23,7 @@ from stagewire_virtual.clock import Clock
 from stagewire_virtual.errors import BadOptionError, UnknownPartError, VirtualError
 from stagewire_virtual.framings import framing_of
 from stagewire_virtual.framings.framing import RequestReader
-from stagewire_virtual.instrument import Instrument, Row, Unit
+from stagewire_virtual.instrument import Instrument, Row, Unit, units_of
 from stagewire_virtual.options import Options, Settings, check_stage, known_only
 from stagewire_virtual.thorlabs_apt import identity
 from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel
@@ -52,18 +52,18 @@ _BY_MESSAGE: Final[tuple[tuple[str, type[Behaviour]], ...]] = (
 )
 
 
+_NOT_SIMULATED: Final = ("POL_SET_PARAMS", "PZMOT_GET_STATUSUPDATE")
+"""Messages of controllers whose motion no behaviour simulates, although they have messages of motors."""
+
+
 def behaviour_of(unit: Unit) -> type[Behaviour]:
     """Return the behaviour for the channels of a unit, according to its messages in the registry.
 
     Raises :class:`~stagewire_virtual.errors.VirtualError` if none matches.
     """
-    for message, behaviour in _BY_MESSAGE:
-        if message in unit.messages:
-            return behaviour
-    known = ", ".join(message for message, _ in _BY_MESSAGE)
-    raise VirtualError(
-        f"{unit.name} cannot be simulated yet: a virtual channel needs one of the messages {known}"
-    )
+    if reason := AptInstrument.why_not(unit):
+        raise VirtualError(reason)
+    return next(behaviour for message, behaviour in _BY_MESSAGE if message in unit.messages)
 
 
 _DEFAULT: Final = Options()
@@ -129,6 +129,17 @@ class AptInstrument(Instrument):
                 f"{len(self._channels)}"
             )
 
+    @classmethod
+    def why_not(cls, unit: Unit) -> str:
+        """Return why a unit cannot be simulated yet; empty if it can."""
+        for message in _NOT_SIMULATED:
+            if message in unit.messages:
+                return f"{unit.name} cannot be simulated yet: no virtual channel has its message {message}"
+        if any(message in unit.messages for message, _ in _BY_MESSAGE):
+            return ""
+        known = ", ".join(message for message, _ in _BY_MESSAGE)
+        return f"{unit.name} cannot be simulated yet: a virtual channel needs one of the messages {known}"
+
     # Building
 
     def _build_stand_alone(self) -> None:
@@ -167,7 +178,10 @@ class AptInstrument(Instrument):
         self, unit: Unit, where: str, information: HwGetInfo, panels: Sequence[Panel], channels: int
     ) -> Controller:
         """Build a controller with its channels; ``where`` is the prefix of their names."""
-        fitted = [self._build_channel(unit, where, ident) for ident in range(1, channels + 1)]
+        fitted = [
+            self._build_channel(unit, f"{where}channel {number}", ident)
+            for number, ident in enumerate(_idents(unit, channels), 1)
+        ]
         controller = Controller(
             unit,
             self.clock,
@@ -182,8 +196,7 @@ class AptInstrument(Instrument):
         self._controllers[where] = controller
         return controller
 
-    def _build_channel(self, unit: Unit, where: str, ident: int) -> Channel:
-        name = f"{where}channel {ident}"
+    def _build_channel(self, unit: Unit, name: str, ident: int) -> Channel:
         settings = _with_built_in(self._options.settings(len(self._channels)), unit)
         chance = random.Random(f"{self._options.seed}/{name}")
         clockwise = -1 if CLOCKWISE_IS_NEGATIVE in self._options.quirks else 1
@@ -269,13 +282,13 @@ class AptInstrument(Instrument):
         """All channels, for a rack bay by bay."""
         return tuple(self._channels.values())
 
-    def channel(self, ident: int, bay: int = 1) -> Channel:
-        """Return the channel with an ident on the wire, for a rack in a bay, counted from 1.
+    def channel(self, number: int, bay: int = 1) -> Channel:
+        """Return the channel with a number, for a rack in a bay; both are counted from 1.
 
         Raises :class:`~stagewire_virtual.errors.UnknownPartError` if it does not exist.
         """
         where = "" if bay == 1 and "" in self._controllers else f"bay {bay}, "
-        return self._channel(f"{where}channel {ident}")
+        return self._channel(f"{where}channel {number}")
 
     def user_io(self, bay: int | None = None) -> UserIo:
         """Return the digital inputs and outputs in a bay, from 1; without it, of the unit or motherboard.
@@ -304,7 +317,12 @@ def rack_of(
     modules = [unit for unit in units if unit is not None]
     for unit in modules:
         if not _is_module(unit.facts):
-            known = [entry["name"] for entry in unit.registry["units"] if _is_module(entry)]
+            every = units_of(unit.protocol, unit.registry).values()
+            known = [
+                one.name
+                for one in every
+                if _is_module(one.facts) and not AptInstrument.why_not(one)
+            ]
             raise BadOptionError(
                 f"{unit.name} is not a module of a rack (modules: {', '.join(known)})"
             )
@@ -313,6 +331,14 @@ def rack_of(
     registry = modules[0].registry if modules else PROTOCOL.registry()
     protocol = modules[0].protocol if modules else PROTOCOL
     return AptInstrument(modular_rack(protocol, registry, len(units)), clock, options, units)
+
+
+def _idents(unit: Unit, channels: int) -> Sequence[int]:
+    """Return the values of the channels of a unit in messages."""
+    if "channel_idents" not in unit.facts:
+        return range(1, channels + 1)
+    values = unit.registry["enumerations"][unit.facts["channel_idents"]]["values"].values()
+    return sorted(entry["value"] for entry in values)[:channels]
 
 
 def _with_built_in(settings: Settings, unit: Unit) -> Settings:

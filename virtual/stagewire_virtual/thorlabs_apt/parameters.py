@@ -38,7 +38,7 @@ def addressed(
     A frame to a missing channel is refused, and the result is empty.
     """
     ident = getattr(frame.message, CHANNEL, None)
-    if ident is None or (ident == _BOTH and len(channels) > 1):
+    if ident is None or (ident == _BOTH and len(channels) == 2):
         return channels
     if ident == _NONE and len(channels) == 1:
         return channels

@@ -7,6 +7,7 @@ for forbidden messages, because a controller that is out of step may start to re
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedMessage, FramedProtocol
@@ -39,11 +40,11 @@ class AptGuard:
         self._not_sent: dict[str, str] = {
             name: entry.get("not_sent", "") for name, entry in entries.items()
         }
-        self._closed = {
-            entry["id"]: name
-            for name, entry in entries.items()
-            if name in self._effects and self._why_closed(name)
-        }
+        self._framing = protocol.framing
+        self._closed: dict[int, list[str]] = {}  # id -> its forbidden messages
+        for name in self._effects:
+            if self._why_closed(name):
+                self._closed.setdefault(entries[name]["id"], []).append(name)
 
     def effect(self, message: str) -> str | None:
         """Return the effect of a message; None if controllers do not receive it."""
@@ -99,20 +100,36 @@ class AptGuard:
         """Return why bytes may not be sent, or an empty string.
 
         The bytes are refused if the id of a forbidden message is where a header can begin: at the first byte
-        in any case, elsewhere if one of the two address bytes after it is a valid address or missing.
+        in any case, elsewhere if one of the two address bytes after it is a valid address. If the bytes end
+        before these, only messages of the declared units count. At the first byte, a message with an allowed
+        sub-message is not refused because of others with its id.
         """
         for at in range(len(raw) - 1):
-            name = self._closed.get(raw[at] | raw[at + 1] << 8)
-            if name is not None and (at == 0 or self._is_header(raw[at : at + HEADER_SIZE])):
+            closed = self._closed.get(raw[at] | raw[at + 1] << 8, [])
+            header = raw[at : at + HEADER_SIZE]
+            if at:
+                name = next((each for each in closed if self._is_header(header, each)), "")
+            else:
+                name = self._first(raw, closed)
+            if name:
                 return f"byte {at} begins {name}, which is not allowed"
         return ""
 
-    def _is_header(self, header: bytes) -> bool:
-        """Return whether bytes are a header, or may become one with the next bytes sent."""
+    def _first(self, raw: bytes, closed: Sequence[str]) -> str:
+        """Return the forbidden message that bytes begin with; empty if they begin with an allowed one."""
+        key = self._framing.key_of(raw) if len(raw) >= HEADER_SIZE else 0
+        if key not in self._framing.shared:  # an id alone does not decide between its sub-messages
+            name = self._framing.names.get(key, "")
+            if name:
+                return name if name in closed else ""
+        return closed[0] if closed else ""
+
+    def _is_header(self, header: bytes, name: str) -> bool:
+        """Return whether bytes are a header, or may become one of a message with the next bytes sent."""
         dest, source = header[4:5], header[5:6]
-        if not dest or dest[0] & ~DATA_FLAG in self._devices:
-            return True
-        return source == bytes((self._host,))
+        if not dest:
+            return self._declared.claims(name)
+        return dest[0] & ~DATA_FLAG in self._devices or source == bytes((self._host,))
 
     def check_bytes(self, raw: bytes) -> None:
         """Refuse bytes that contain a forbidden message.

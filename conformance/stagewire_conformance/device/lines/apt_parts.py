@@ -75,7 +75,7 @@ class AptParts:
             for ending in self._moved.endings(place, channel)
         ]
         query = place.unit.status_query
-        if query is None or query.req is None:
+        if query is None or query.req is None or getattr(query, "effect", "") == "counter":
             return Part(name, tuple(measures), None)
         request = self._line.declared.make(query.req.layout.message, channel)
         exchange = self._line.declared.registry.messages[request.layout.message]["exchange"]

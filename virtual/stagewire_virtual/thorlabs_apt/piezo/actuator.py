@@ -125,5 +125,7 @@ def maximum_volts(channel: Channel) -> int:
     """
     if channel.answers("PZ_SET_TPZ_IOSETTINGS"):
         return _CUBE_LIMITS[channel.parameter("PZ_TPZ_IOSETTINGS", "voltage_limit")]
+    if channel.answers("KPC_SET_IOSETTINGS"):  # 75 or 150, in steps of 1 V
+        return 10 * channel.parameter("KPC_IOSETTINGS", "voltage_range")
     asked = channel.parameter("PZ_OUTPUTMAXVOLTS", "voltage")
     return max((limit for limit in LIMITS if limit <= asked), default=min(LIMITS))

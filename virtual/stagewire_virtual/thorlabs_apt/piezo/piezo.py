@@ -63,7 +63,8 @@ def _lut_refusal(message: m.PzSetOutputLutParams, generator: WaveformGenerator) 
 
 
 _HARDWARE_BITS = {750: "hardware_75v", 1000: "hardware_100v", 1500: "hardware_150v"}
-_BPC30X = "benchtop_piezo_2011"  # only these units have the bits 13 to 15 (page 102)
+_BPC30X = frozenset({"benchtop_piezo_2011", "card_slot_piezo_2011"})
+"""The families with the status bits 13 to 15 (page 102)."""
 
 
 class Piezo(Behaviour):
@@ -94,6 +95,8 @@ class Piezo(Behaviour):
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
         self.travel, share = travel_and_share(channel.settings)
+        # The controller reads it from the actuator when it is switched on.
+        self._fitted_travel = self.travel
         """The travel of the actuator, in steps of 100 nm; 0 without a strain gauge."""
         self.digital_inputs = 0
         """Levels of the digital inputs, bit 0 for input 1; the status bits of BPC units report them."""
@@ -160,6 +163,9 @@ class Piezo(Behaviour):
 
     def power_on(self) -> None:
         """Reset to the power-on state, not zeroed and without a waveform, and start towards the set-point."""
+        self.travel = self._fitted_travel
+        if self.channel.answers("PZ_SET_MAXTRAVEL"):
+            self.travel = self.channel.parameter("PZ_MAXTRAVEL", "travel") or self.travel
         self._drive.reset()
         self._drive.follow()
 
@@ -205,7 +211,7 @@ class Piezo(Behaviour):
             "active": True,
             "channel_enabled": self.channel.enabled,
         }
-        if self.channel.unit.facts.get("family") == _BPC30X:
+        if self.channel.unit.facts.get("family") in _BPC30X:
             names[_HARDWARE_BITS[maximum_volts(self.channel)]] = True
         for number in range(8):
             names[f"digital_input_{number + 1}"] = bool(self.digital_inputs >> number & 1)
@@ -215,6 +221,12 @@ class Piezo(Behaviour):
     def max_travel(self) -> dict[str, int]:
         """Return the travel of the actuator, which does not depend on the maximum voltage (page 118)."""
         return {"travel": self.travel}
+
+    @stored("PZ_MAXTRAVEL")
+    def travel_was_set(self, frame: Frame) -> None:
+        """Count positions in shares of the new travel; the actuator keeps its share."""
+        assert isinstance(frame.message, m.PzSetMaxTravel)
+        self.travel = frame.message.travel
 
     @live("PZ_OUTPUTMAXVOLTS")
     def output_max_volts(self) -> dict[str, int]:

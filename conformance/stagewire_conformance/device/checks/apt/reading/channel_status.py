@@ -73,7 +73,9 @@ class ChannelStatus:
         return dict(self.masks.items() & self._masks_in(message).items())
 
     def _masks_in(self, message: str) -> dict[str, int]:
-        field = self.declared.registry.fields(message, "data")[_BITS]
+        field = self.declared.registry.fields(message, "data").get(_BITS)
+        if field is None:  # such as the status of four channels in one message
+            return {}
         table = field.get("flags_by_unit", {}).get(self.place.unit.name, field["flag_table"])
         bits = self.declared.registry.table("flags")[table]["bits"]
         return {name: bit["mask"] for name, bit in bits.items()}
