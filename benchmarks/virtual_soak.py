@@ -33,7 +33,7 @@ from measure import holds, memory
 from stagewire.framing import End, Received
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
-from stagewire_virtual.factory import make_instrument
+from stagewire_virtual.factory import make_instrument, why_not
 from stagewire_virtual.instrument import Unit, units_of
 from stagewire_virtual.options import Options
 from stagewire_virtual.serving.endpoints import TcpEndpoint
@@ -50,8 +50,8 @@ HOST = 1
 
 
 def kinds() -> list[Unit]:
-    """Return the units that send updates."""
-    units = units_of(PROTOCOL).values()
+    """Return the simulated units that send updates of each channel."""
+    units = [unit for unit in units_of(PROTOCOL).values() if not why_not(unit)]
     return [unit for unit in units if "HW_START_UPDATEMSGS" in unit.messages and updates_of(unit)]
 
 

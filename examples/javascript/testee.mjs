@@ -5,7 +5,10 @@
 import { readFileSync } from "node:fs";
 
 const registry = JSON.parse(readFileSync(process.argv[2], "utf-8"));
-const messages = new Map(registry.messages.filter((m) => m.id !== null).map((m) => [m.id, m]));
+const messages = new Map(); // id -> its messages: one, or several with a sub-message each
+for (const message of registry.messages.filter((m) => m.id !== null)) {
+  messages.set(message.id, [...(messages.get(message.id) ?? []), message]);
+}
 const contexts = registry.messages.flatMap((m) => m.layouts).flatMap((l) => (l.when ? [l.when] : []));
 
 class Refusal extends Error {
@@ -23,11 +26,12 @@ function refuse(code, detail) {
 
 function decode(raw, context) {
   if (raw.length < 6) refuse("truncated", `a header has 6 bytes, here are ${raw.length}`);
-  const message = messages.get(raw.readUInt16LE(0)) ?? refuse("unknown_message", "no message has this id");
+  const alternatives = messages.get(raw.readUInt16LE(0)) ?? refuse("unknown_message", "no message has this id");
   const withPacket = (raw[4] & 0x80) !== 0;
   const length = withPacket ? raw.readUInt16LE(2) : 0;
   if (raw.length < 6 + length) refuse("truncated", `${length} bytes are declared, ${raw.length - 6} follow`);
   if (raw.length > 6 + length) refuse("trailing", `${raw.length - 6 - length} bytes behind the frame`);
+  const message = chosen(alternatives, raw, withPacket, length);
   const most = Math.max(registry.framing.maximum_length, ...message.layouts.map((l) => l.longest ?? 0));
   if (length > most) refuse("bad_length", `its packets have at most ${most} bytes`);
   const packet = raw.subarray(6);
@@ -51,6 +55,15 @@ function decode(raw, context) {
   const fields = values(layout.fields, packet);
   const extra = "longest" in layout ? [] : packet.subarray(layout.length);
   return { ...said, form: layout.form, fields, ...(extra.length > 0 && { extra: extra.toString("hex") }) };
+}
+
+// Messages that share an id differ in their sub-message: the first word of a packet, or param1 of a header.
+function chosen(alternatives, raw, withPacket, length) {
+  if (alternatives[0].sub_message === undefined) return alternatives[0];
+  if (withPacket && length < 2) refuse("bad_length", "its sub-message is missing");
+  const value = withPacket ? raw.readUInt16LE(6) : raw[2];
+  const found = alternatives.find((m) => m.sub_message === value);
+  return found ?? refuse("unknown_message", `no message of this id has the sub-message ${value}`);
 }
 
 const agrees = (when, context) => Object.entries(when).every(([key, value]) => context[key] === value);

@@ -27,6 +27,7 @@ from stagewire_cli import decode, inputs
 from stagewire_cli.inputs import Source
 from stagewire_conformance.framings import codec_of
 from stagewire_conformance.notation import spaced
+from sub_messages import selecting
 
 if TYPE_CHECKING:
     from conftest import Stagewire
@@ -48,10 +49,12 @@ def frames_of(cls: type[Message], rng: random.Random) -> Iterator[bytes]:
     layout = cls.layout
     size = layout.length
     if not size:
-        for params in (b"\0\0",) if layout.only_zero else (b"\0\0", b"\x01\0", b"\x7f\xff"):
+        for drawn in (b"\0\0",) if layout.only_zero else (b"\0\0", b"\x01\0", b"\x7f\xff"):
+            params = selecting(drawn, layout.sub_message, layout.form)
             yield struct.pack("<H2sBB", layout.id, params, 0x01, 0x50)
         return
-    for payload in (bytes(size), b"\xff" * size, b"\x80" * size, rng.randbytes(size)):
+    for drawn in (bytes(size), b"\xff" * size, b"\x80" * size, rng.randbytes(size)):
+        payload = selecting(drawn, layout.sub_message, layout.form)
         yield struct.pack("<HHBB", layout.id, size, 0x81, 0x50) + payload
 
 

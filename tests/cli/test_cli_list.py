@@ -27,10 +27,12 @@ def test_controllers_and_other_ports_are_listed(
     assert "unknown" in other
 
 
-def test_a_newer_controller_is_named(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_controller_of_the_later_issue_is_named(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
     show(monkeypatch, linux("/dev/ttyUSB0", "29250000"))
     said = stagewire("list").out
-    assert "KPZ101: not in Issue 3; uses the messages of TPZ001, which may differ" in said
+    assert "KPZ101: One-channel K-Cube piezo driver" in said
 
 
 def test_ports_are_listed_as_json(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:

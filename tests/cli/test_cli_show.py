@@ -44,7 +44,7 @@ if TYPE_CHECKING:
         ("LTS300", "unit LTS300"),
         ("LTS300", "stage LTS300"),
         ("absolute_distance", "field absolute_distance"),
-        ("MOVE_ABSOLUT", "message MOT_MOVE_ABSOLUTE"),
+        ("MOVE_ABSOLUT", "MOT_MOVE_ABSOLUTE"),
     ],
 )
 def test_show_prints_an_entry(stagewire: Stagewire, name: str, said: str) -> None:

@@ -47,6 +47,7 @@ def test_check_summarises_a_valid_spec(stagewire: Stagewire) -> None:
         "thorlabs_apt: ok",
         "thorlabs_apt/issue_37: ok",
         "thorlabs_apt/later_issues: ok",
+        "thorlabs_apt/vendor_software: ok",
     ]
     for what in ("messages", "layouts", "fields", "errata", "witness places", "examples"):
         assert f" {what}" in result.out

@@ -29,6 +29,8 @@ os.environ.update(
 )
 os.environ.update(EPICS_CA_ADDR_LIST=f"127.0.0.1:{PORT}", EPICS_CA_AUTO_ADDR_LIST="NO")
 
+FOUND = 30.0
+"""Seconds within which a client finds an IOC: after a lost connection, p4p tries again only every 10 s."""
 
 PVA = ("--pva", "--pva-port", str(PVA_PORT))
 """Options of an IOC that also serves pvAccess."""

@@ -36,7 +36,7 @@ def published(folder: Path, bench: str) -> Iterator[tuple[str, ca.IocProcess]]:
 
 def _of_ophyd_async(kind: type[Motor], name: str) -> Motor:
     x = kind(name, name="x")
-    run(lambda: x.connect(timeout=10))
+    run(lambda: x.connect(timeout=ca.FOUND))
     return x
 
 

@@ -143,7 +143,8 @@ class Client:
     def _read(self) -> None:
         assert self.process.stdout is not None
         for text in self.process.stdout:
-            self._said.put((time.monotonic(), json.loads(text)))
+            if text.endswith("\n"):  # not cut off by a kill
+                self._said.put((time.monotonic(), json.loads(text)))
 
     def _hear(self, timeout: float) -> tuple[float, dict[str, Any]]:
         return self._said.get(timeout=timeout)

@@ -47,7 +47,7 @@ NAMES = (
     "LAB:x",
     "LAB:x.RBV",
     "LAB:x.EGU",
-    "LAB:x.SPMG",
+    "LAB:x.FOFF",  # not SPMG, because a valid Stop there makes the IOC refuse the moves of others
     "LAB:x.DESC$",
     'LAB:x.RBV{"dbnd":{"d":1}}',
 )
@@ -266,7 +266,7 @@ async def moved_and_stopped(client: Circuit, line: Line) -> float:
     """Move and stop; return the seconds from the put of STOP to the stop frame."""
 
     async def arrived(frame: bytes, former: int) -> None:
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(30):
             while line.sent.count(frame) == former:
                 await asyncio.sleep(0.001)
 

@@ -38,13 +38,13 @@ def test_the_commands_of_the_page_read_and_move(tmp_path: Path) -> None:
     environment = {
         **os.environ,
         "EPICS_CA_SERVER_PORT": str(ca.PORT),
-        "EPICS_CA_ADDR_LIST": "127.0.0.1",
+        **dict([shown[1].removeprefix("export ").split("=")]),
     }
     printed = []
     with ca.ioc(tmp_path, BENCH) as one:
         one.wait_for("focus: TDC001")
         one.wait_for("rack: BBD102")
-        for line in shown[1:3]:
+        for line in shown[2:4]:
             name, *arguments = shlex.split(line)
             done = subprocess.run(
                 [scripts / name, "-w", "20", *arguments],

@@ -152,7 +152,7 @@ class Filled(Device):
 async def test_ophyd_async_fills_devices_by_itself_and_its_motor_moves_without_changes(
     client: Context, x: Running, line: Line
 ) -> None:
-    async with init_devices():
+    async with init_devices(timeout=ca.FOUND):
         device = Filled("LAB:x:")
         bench = Device(name="bench", connector=PviDeviceConnector("LAB:"))
         motor = Motor("pva://LAB:x", name="motor")

@@ -29,6 +29,7 @@ from stagewire_ms2000 import MS2000
 from stagewire_pymmcore import PiezoStage, Shutter, Stage, XYStage
 
 MOVE = bytes((0x53, 0x04, 0x06, 0x00))
+SET_SOL_STATE = bytes((0xCB, 0x04))
 
 
 class Camera(SimpleCameraDevice):  # type: ignore[misc]
@@ -235,6 +236,21 @@ def test_a_shutter_opens_on_request_and_is_closed_when_it_is_unloaded(
     assert part.get_sol_state().state.name == "SOLENOID_OFF"
 
 
+def test_a_shutter_is_closed_in_every_mode_and_opened_in_the_manual_one_only(
+    core: UniMMCore, opened: ExitStack
+) -> None:
+    tsc = opened.enter_context(virtual.TSC001().tcp())
+    line = opened.enter_context(recorded(tsc.url))
+    part = opened.enter_context(TSC001.open(line.url))
+    load(core, Shutter=Shutter(part))
+    part.set_sol_operating_mode(operating_mode="SOLENOID_TRIGGER")
+    with pytest.raises(NotReadyError, match="not SOLENOID_MANUAL"):
+        core.setShutterOpen("Shutter", True)
+    assert SET_SOL_STATE not in line.sent
+    core.unloadDevice("Shutter")
+    assert SET_SOL_STATE in line.sent
+
+
 @pytest.mark.parametrize("device", [Stage, PiezoStage, Shutter])
 def test_another_part_is_refused(device: Any) -> None:
     with pytest.raises(TypeError, match="expected"):
@@ -295,6 +311,19 @@ def test_an_acquisition_visits_each_position_with_the_shutter_open(
     assert solenoid.get_sol_state().state.name == "SOLENOID_OFF"
 
 
+def test_an_acquisition_focuses_with_a_piezo(core: UniMMCore, opened: ExitStack) -> None:
+    part = opened.enter_context(TPZ001.open("virtual://TPZ001", max_travel_um=20))
+    part.set_pos_control_mode(mode="CLOSED_LOOP")
+    camera = Camera(lambda: core.getPosition("Z"))
+    load(core, Z=PiezoStage(part), Camera=camera)
+    core.setFocusDevice("Z")
+    core.setCameraDevice("Camera")
+    core.setAutoShutter(False)
+    sequence = useq.MDASequence(stage_positions=[(None, None, 10)], z_plan={"range": 4, "step": 2})
+    assert acquire(core, sequence) == []
+    assert camera.seen == [pytest.approx(z, abs=0.1) for z in (8, 10, 12)]
+
+
 @pytest.mark.parametrize("event", ["stop", "loss"])
 def test_an_acquisition_that_is_disturbed_exposes_nothing_at_a_wrong_position(
     core: UniMMCore, opened: ExitStack, event: str
@@ -306,7 +335,9 @@ def test_an_acquisition_that_is_disturbed_exposes_nothing_at_a_wrong_position(
     core.setAutoShutter(False)
     disturb = tdc.unplug if event == "loss" else lambda: core.stop("Z")
     threading.Timer(1.0, disturb).start()
-    acquire(core, useq.MDASequence(stage_positions=[(None, None, 100), (None, None, 9000)]))
+    positions = [(None, None, 100), (None, None, 9000), (None, None, 200)]
+    [error] = acquire(core, useq.MDASequence(stage_positions=positions))
+    assert isinstance(error, MotionStoppedError if event == "stop" else TransportLostError)
     assert camera.seen == [pytest.approx(100.0, abs=0.1)]
 
 

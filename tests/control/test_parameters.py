@@ -16,13 +16,14 @@ from stagewire.errors import LimitError
 from stagewire_apt import aio
 from stagewire_apt.aio import BBD102, BBD301, BSC201, TDC001
 from stagewire_bluesky import Controller, Motor, Parameters, Reference
+from stagewire_virtual.factory import simulated_units
 
 
 def motors() -> Iterator[Any]:
     """Yield the name and the parts of each controller with motors."""
     for name in aio.__all__:
         kind = getattr(aio, name)
-        if not hasattr(kind, "open") or hasattr(kind, "set_sol_state"):
+        if name not in simulated_units() or hasattr(kind, "set_sol_state"):
             continue
         controller = Controller(kind, f"virtual://{name}")
         for inside in ("bay", "channel"):

@@ -177,6 +177,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/how-to/overlays.md", "messages:"): schema("additions"),
     ("docs/reference/registry.md", "parameter_sets:"): schema("messages"),
     ("docs/reference/registry.md", "enumerations:"): schema("messages"),
+    ("docs/reference/registry.md", "formats:"): schema("protocol"),
     ("docs/reference/registry.md", "contexts:"): schema("protocol"),
     ("docs/reference/registry.md", "messages:"): schema("messages"),
     ("docs/reference/registry.md", "units:"): schema("units"),

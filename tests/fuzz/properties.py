@@ -25,6 +25,7 @@ from stagewire.errors import (
     TruncatedError,
     UnknownFieldError,
     UnknownMessageError,
+    UnknownSubMessageError,
     UnsupportedError,
 )
 from stagewire.framing import (
@@ -232,9 +233,10 @@ def _check_event(event: Event, end: End, context: Context) -> None:
         return
     assert len(raw) == _declared(raw) <= MAXIMAL_FRAME, "an event without exactly one whole frame"
     addresses = raw[4] & ~DATA_FLAG, raw[5]
-    if kind is Unknown or kind is BadLength:
-        expected = UnknownMessageError if kind is Unknown else BadLengthError
-        count(Seen.UNKNOWN if kind is Unknown else Seen.BAD_LENGTH)
+    unknown = issubclass(kind, Unknown)  # the id, or the sub-message
+    if unknown or kind is BadLength:
+        expected = UnknownMessageError if unknown else BadLengthError
+        count(Seen.UNKNOWN if unknown else Seen.BAD_LENGTH)
         if kind is Unknown:
             assert addresses in RIGHT[end.receives], "an unknown frame for another address"
         try:
@@ -278,6 +280,7 @@ _REFUSED = {
     TrailingBytesError: Seen.TRAILING,
     BadLengthError: Seen.WRONG_LENGTH,
     UnknownMessageError: Seen.UNKNOWN_MESSAGE,
+    UnknownSubMessageError: Seen.UNKNOWN_MESSAGE,
 }
 
 
@@ -316,6 +319,8 @@ def _check_refused(raw: bytes, error: CodecError) -> None:
         assert not whole or len(raw) < _declared(raw), "TruncatedError for a whole frame"
     elif isinstance(error, TrailingBytesError):
         assert len(raw) > _declared(raw), "TrailingBytesError without trailing bytes"
+    elif isinstance(error, UnknownSubMessageError):
+        assert raw[0] | raw[1] << 8 in PROTOCOL.framing.shared, "a sub-message of an id without any"
     elif isinstance(error, UnknownMessageError):
         assert raw[0] | raw[1] << 8 not in _LENGTHS, (
             "UnknownMessageError for an id that has a layout"
@@ -328,6 +333,8 @@ def _check_refused(raw: bytes, error: CodecError) -> None:
             count(Seen.WRONG_COUNT)
             fits = array.least <= length <= array.most
             assert not fits or length != array.stated(raw[HEADER_SIZE:])
+            return
+        if id in PROTOCOL.framing.shared:  # each sub-message has lengths of its own
             return
         assert length > MAXIMUM_PACKET or length not in known or (not length and raw[4] & DATA_FLAG)
 

@@ -201,7 +201,7 @@ def beginnings(target: str) -> list[bytes]:
         return command_streams.beginnings()
     rng = Random(0)
     if target == "stream":
-        made = [bytes((number, 200, 7, 255)) + raw for number, raw in enumerate(PUBLISHED)]
+        made = [bytes((number % 256, 200, 7, 255)) + raw for number, raw in enumerate(PUBLISHED)]
         return [*made, *(new_stream(rng) for _ in range(200))]
     by_name = [b"\x80" + number.to_bytes(2, "little") for number in range(len(LAYOUTS))]
     return [*(bytes(1) + raw for raw in PUBLISHED), *by_name]

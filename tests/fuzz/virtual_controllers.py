@@ -29,12 +29,12 @@ import streams
 
 import stagewire_virtual as virtual
 from stagewire_virtual.asi_ms2000.instrument import STRATEGIES
-from stagewire_virtual.instrument import all_units
+from stagewire_virtual.factory import simulated_units
 from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
 
-UNITS = tuple(sorted(all_units()))
-WITHOUT_TRAVEL = frozenset(("MFF101", "MFF102", "TSC001"))
-"""Flippers, which have two positions, and the solenoid."""
+UNITS = tuple(sorted(simulated_units()))
+WITHOUT_TRAVEL = frozenset(("MFF101", "MFF102", "TSC001", "KSC101"))
+"""Flippers, which have two positions, and solenoids."""
 SHORT = 40
 LONG = 1000
 """Number of steps: fewer than SHORT in a short case, exactly LONG in a long one."""

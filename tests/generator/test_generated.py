@@ -90,7 +90,7 @@ def test_json_has_no_terminal_control_characters() -> None:
 def test_lists_are_sorted(tree: dict[str, bytes]) -> None:
     for data in parsed(tree, "registry"):
         keys = [
-            (m["id"] is None, m["id"] if m["id"] is not None else 0, m["name"])
+            (m["id"] is None, m["id"] or 0, m.get("sub_message", 0), m["name"])
             for m in data["messages"]
         ]
         assert keys == sorted(keys)

@@ -19,7 +19,7 @@ from stagewire_generator.model import Protocol
 
 SPEC = ROOT / "spec"
 NAME = "thorlabs_apt/later_issues"
-OVERLAYS = f"thorlabs_apt/issue_37, {NAME}"
+OVERLAYS = f"thorlabs_apt/issue_37, {NAME}, thorlabs_apt/vendor_software"
 RUN = "from stagewire_cli.main import run; run()"
 
 STATUS_BYTES = "01 00 01 00 00 00 02 00 00 00 07 00 00 00"

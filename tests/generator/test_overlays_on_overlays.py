@@ -19,6 +19,7 @@ from stagewire_generator.diagnostics import Diagnostic, SpecError
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.model_scales import Factor
 from stagewire_generator.pipeline import TARGETS
+from stagewire_generator.targets.python.devices.plan import plan_of
 
 Entries = dict[str, Any]
 
@@ -135,6 +136,39 @@ def test_an_overlay_adds_to_entries_of_the_overlay_below(upon: Upon) -> None:
     assert (added.value, added.page, added.overlay) == (9, 8, "upon")
     assert scale(protocol, "Ramp", "TP10").overlay == "upon"
     assert message(protocol, "AUX_BUZZ").overlay == "upon"
+
+
+def test_messages_of_a_new_group_do_not_change_the_names_of_others(upon: Upon) -> None:
+    """The names that programs use stay; the new ones have the name of the group."""
+    before = plan_of(upon.protocol("second"))
+    alive = {**BUZZ, "summary": "Says that it lives."}
+    speed = {
+        "id": 0x0306,
+        "page": 6,
+        "direction": "to_host",
+        "spelling": "get vel params",
+        "summary": "Reports a speed.",
+        "data": {"length": 4, "fields": {"speed": {"format": "long"}}},
+        "exchange": {"unsolicited": True},
+    }
+    upon.write(
+        overlay={"builds_on": ["second"], "groups": ["XTRA"]},
+        **{
+            "messages/more": {
+                "chapter": "heat",
+                "messages": {"XTRA_ALIVE": alive, "XTRA_GET_VELPARAMS": speed},
+            }
+        },
+    )
+    after = plan_of(upon.protocol())
+    calls = {call.message.name: call.constant for call in after.calls}
+    assert calls == {call.message.name: call.constant for call in before.calls} | {
+        "XTRA_ALIVE": "XTRA_ALIVE"
+    }
+    values = {each.message.name: each.name for each in after.values}
+    assert values == {each.message.name: each.name for each in before.values} | {
+        "XTRA_GET_VELPARAMS": "XtraVelParams"
+    }
 
 
 def test_every_page_is_one_of_the_document_that_has_the_fact(upon: Upon) -> None:

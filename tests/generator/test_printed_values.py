@@ -14,6 +14,7 @@ from stagewire_generator.lint.witness.reading import (
     find_field,
     limit,
     number,
+    real_limit,
     same_name,
     squash,
 )
@@ -53,6 +54,22 @@ BYTE, WORD = 0xFF, 0xFFFF
 )
 def test_printed_numbers_are_read(text: str, maximum: int, wanted: int | None) -> None:
     assert number(text, maximum) == wanted
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("0.1", 0x3DCCCCCD),
+        ("10,000", 0x461C4000),
+        ("1 nA", 0x3089705F),
+        ("1 mA", 0x3A83126F),
+        ("10 V", 0x41200000),
+        ("1 kA", None),
+        ("0x10", None),
+    ],
+)
+def test_printed_real_numbers_are_read(text: str, wanted: int | None) -> None:
+    assert real_limit(text, 4) == wanted
 
 
 def test_names_are_compared_by_letters_and_digits() -> None:

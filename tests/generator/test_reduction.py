@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,14 @@ def test_code_for_one_unit_is_complete(spec: CheckedSpec, tmp_path: Path, unit: 
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert " 0 failed" in " ".join(done.stdout.split())
+
+
+def test_a_setting_that_no_message_reports_is_kept(spec: CheckedSpec) -> None:
+    setting = {"unit": "mA", "page": 1, "summary": "A range that the user selects.", "told_by": {}}
+    protocol = replace(spec[1], settings={**spec[1].settings, "range": setting})
+    settings = reduced(protocol, ["MST601"]).settings
+    assert "range" in settings
+    assert "maximum_volts" not in settings  # only piezo controllers report it
 
 
 def registry(spec: CheckedSpec, *units: str) -> dict[str, Any]:

@@ -13,8 +13,20 @@ from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire import Scale, Stage
-from stagewire.errors import BadValueError, UnknownScaleError, WrongUnitError
-from stagewire_apt import BBD102, BPC301, BSC101, BSC102, BSC103, MST601, TDC001, TST001, aio
+from stagewire.discovery import by_serial_number, device_class
+from stagewire.errors import BadValueError, UnknownScaleError, UnsupportedError, WrongUnitError
+from stagewire_apt import (
+    BBD102,
+    BPC301,
+    BSC101,
+    BSC102,
+    BSC103,
+    MST601,
+    PROTOCOL,
+    TDC001,
+    TST001,
+    aio,
+)
 from stagewire_apt import messages as m
 from stagewire_virtual.controller import VirtualController
 
@@ -248,3 +260,11 @@ def test_a_reconnected_controller_is_identified_again() -> None:
         device.reconnect()
         with pytest.raises(UnknownScaleError, match="pass model="):
             counts_of_a_mm(device)
+
+
+def test_a_newer_unit_without_a_similar_unit_is_named_but_has_no_class() -> None:
+    [known] = by_serial_number(PROTOCOL, "97000001")
+    assert (known.name, known.unit) == ("KIM101", None)
+    assert "KIM101: not in Issue 3; the registry has no messages for it" in str(known)
+    with pytest.raises(UnsupportedError, match="KIM101: not in Issue 3"):
+        device_class("KIM101")

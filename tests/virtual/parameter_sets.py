@@ -8,9 +8,11 @@ from apt_host import BAY, USB
 from registry_oracle import limits
 
 from stagewire_apt import PROTOCOL
+from stagewire_virtual.factory import why_not
 from stagewire_virtual.instrument import units_of
 
-UNITS = units_of(PROTOCOL)
+UNITS = {name: unit for name, unit in units_of(PROTOCOL).items() if not why_not(unit)}
+"""The units that can be simulated."""
 
 
 def address_of(unit: str) -> int:

@@ -18,7 +18,6 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from compare_document import checks, layout
 from compare_document.comparison import BY_EYE, ROOT, Comparison, Transcription, load, resolve
-from compare_document.tables import MESSAGES
 
 TEXT: Final = ROOT.parent / "shared" / "documents" / "thorlabs_apt_issue_37.txt"
 
@@ -56,15 +55,11 @@ def missing_chapters(comparison: Comparison) -> Iterator[tuple[str]]:
     last = comparison.transcription.contents["rows"][-1]["line"]
     rest = sum(row.line > last for row in document.index)
     yield (f"not transcribed: {rest} rows of the index",)
-    starts = [
-        (int(page), title) for _, title, page in document.titles if title.endswith("Messages")
-    ]
-    ends = [page for page, _ in starts[1:]] + [MESSAGES.stop]
-    for (first, title), end in zip(starts, ends, strict=True):
-        if first > comparison.last_page:
-            headings = sum(first <= heading.page < end for heading in document.headings)
-            tables = sum(first <= table.page < end for table in document.tables)
-            examples = sum(first <= example.page < end for example in document.examples)
+    for pages, title in document.chapters():
+        if pages not in comparison.transcribed:
+            headings = sum(heading.page in pages for heading in document.headings)
+            tables = sum(table.page in pages for table in document.tables)
+            examples = sum(example.page in pages for example in document.examples)
             counts = f"{headings} headings, {tables} byte tables, {examples} examples"
             yield (f"not transcribed: {title}, {counts}",)
 

@@ -19,7 +19,7 @@ from compare_document.comparison import (
 from compare_document.document import ByteTable, Document, Heading
 from compare_document.tables import sizes_of
 
-SIZES: Final = {"word": 2, "short": 2, "dword": 4, "long": 4, "char": 1}
+SIZES: Final = {"word": 2, "short": 2, "dword": 4, "long": 4, "float": 4, "char": 1}
 FACTORS: Final = range(38, 42)
 """Pages with the conversion factors of Section 8."""
 
@@ -40,6 +40,7 @@ def compare(document: Document, transcription: Transcription) -> Comparison:
     """Compare the document with its transcription."""
     comparison = Comparison(document, transcription)
     compare_headings(comparison)
+    compare_sub_messages(comparison)
     compare_tables(comparison)
     compare_fields(comparison)
     compare_values(comparison)
@@ -64,16 +65,51 @@ def compare_headings(comparison: Comparison) -> None:
             if comparison.covers(heading.line)
         },
         {
-            entry["heading"]["line"]: (name, entry["heading"]["id"], entry["heading"]["page"])
+            entry["heading"]["line"]: (
+                printed_name(name, entry),
+                entry["heading"]["id"],
+                entry["heading"]["page"],
+            )
             for name, entry in comparison.transcription.messages
         },
     )
 
 
+def printed_name(name: str, entry: Data) -> str:
+    """Return the name in the heading of a message, which sub-messages share."""
+    return str(entry.get("sub_message", {}).get("of", name))
+
+
+def place_of(entry: Data) -> tuple[int, int]:
+    """Return the lines of the heading and of the sub-message."""
+    return entry["heading"]["line"], entry.get("sub_message", {}).get("line", 0)
+
+
+def compare_sub_messages(comparison: Comparison) -> None:
+    """Compare the headings of sub-messages, their rows in lists, and the bytes in their field tables."""
+    printed: dict[int, object] = {}
+    document = comparison.document
+    for _, entry in comparison.transcription.messages:
+        part = entry.get("sub_message")
+        if part:
+            printed[part["line"]] = (part["title"], part["id"], part["page"])
+            rows = part.get("listed", ())
+            printed |= {line: (*row, document.page(line)) for line, *row in rows}
+            for line, bytes_ in (part["bytes"],) if "bytes" in part else ():
+                read = bytes_ if bytes_ in document[line] else document[line].strip()
+                comparison.check(line, "bytes of a sub-message", read, bytes_)
+    found: dict[int, object] = {
+        part.line: (part.title, part.id, part.page)
+        for part in document.sub_messages
+        if comparison.covers(part.line)
+    }
+    comparison.check_all("sub-message", found, printed)
+
+
 def compare_tables(comparison: Comparison) -> None:
     """Compare byte tables: their place and sizes, their numbers, the header, and the names of the data."""
     expected = {
-        table["line"]: (name, table)
+        table["line"]: (printed_name(name, entry), table)
         for name, entry in comparison.transcription.messages
         for table in entry["tables"]
     }
@@ -127,11 +163,11 @@ def compare_data(comparison: Comparison, table: ByteTable, names: Sequence[str])
 
 def formats_of(comparison: Comparison, group: Sequence[Heading]) -> list[int | None]:
     """Return the sizes of the fields that are transcribed for a group of headings."""
-    lines = {heading.line for heading in group}
+    places = {heading.place for heading in group}
     rows = [
         row
         for _, entry in comparison.transcription.messages
-        if entry["heading"]["line"] in lines
+        if place_of(entry) in places
         for row in entry.get("rows", [])
     ]
     return [size_of(form) for _, form in rows]
@@ -145,21 +181,21 @@ def size_of(form: str) -> int | None:
 
 def compare_fields(comparison: Comparison) -> None:
     """Compare names and formats of field tables, group by group of headings."""
-    read: dict[int, list[tuple[int, str, str]]] = {}
-    groups: dict[int, int] = {}
+    read: dict[tuple[int, int], list[tuple[int, str, str]]] = {}
+    groups: dict[tuple[int, int], tuple[int, int]] = {}
     for table in comparison.document.fields:
-        first = table.group[0].line
-        groups.update({heading.line: first for heading in table.group})
+        first = table.group[0].place
+        groups.update({heading.place: first for heading in table.group})
         if comparison.covers(table.line):
             rows = [(row.line, row.name, row.format) for row in table.rows]
             read.setdefault(first, []).extend(rows)
-    printed: dict[int, list[list[str]]] = {}
+    printed: dict[tuple[int, int], list[list[str]]] = {}
     for _, entry in comparison.transcription.messages:
-        line = entry["heading"]["line"]
-        printed.setdefault(groups.get(line, line), []).extend(entry.get("rows", []))
-    for line in sorted({*read, *printed}):
-        last = line
-        for row, other in zip_longest(read.get(line, []), printed.get(line, [])):
+        place = place_of(entry)
+        printed.setdefault(groups.get(place, place), []).extend(entry.get("rows", []))
+    for place in sorted({*read, *printed}):
+        last = max(place)
+        for row, other in zip_longest(read.get(place, []), printed.get(place, [])):
             last, *cells = row or (last, NOTHING)
             if other and squash(cells[0]) == squash(other[0]):
                 cells[0] = other[0]
@@ -198,10 +234,11 @@ def compare_list(comparison: Comparison, values: Data) -> Iterator[int]:
     place = (values["line"], 0)
     for row in values["rows"]:
         parts = re.split(r"…|[()]", " ".join(row[1:]))
-        found = list(find_value(comparison.document, place, row[0]))
+        value = next(filter(None, row))  # a row of a table of bits may have no mask
+        found = list(find_value(comparison.document, place, value))
         fitting = [(line, end) for line, end, text in found if contains(text, parts)]
         fitting = [one for one in fitting if one[0] < fitting[0][0] + PASSAGE]
-        fitting.sort(key=lambda one: not begins(comparison.document[one[0]], row[0]))
+        fitting.sort(key=lambda one: not begins(comparison.document[one[0]], value))
         place = fitting[0] if fitting else place
         read = tuple(row) if fitting else found[0][2] if found else NOTHING
         comparison.check(place[0], "value", read, tuple(row))
@@ -217,7 +254,11 @@ def find_value(
     document: Document, place: tuple[int, int], value: str
 ) -> Iterator[tuple[int, int, str]]:
     """Yield the places of a value from a line and a column on: its line, its end, and the text there."""
-    before = r"(?<![\w.])" if "x" in value.casefold() else r"(?:^\s*|\s{2}|:\s|\b(?:be|or|B)\s)"
+    before = (
+        r"(?<![\w.])"
+        if "x" in value.casefold()
+        else r"(?:^\s*|\s{2}|[:=–-]\s|\b(?:and|be|or|to|B)\s[‘']?)"
+    )
     pattern = re.compile(rf"{before}{re.escape(value.removeprefix('to '))}(?!\w)", re.ASCII)
     for number in range(place[0], len(document.lines)):
         if document.page(number) > document.page(place[0]) + 1:
@@ -236,7 +277,7 @@ def compare_lists(comparison: Comparison) -> None:
         comparison.check_all(
             "row of a list",
             {row.line: (row.name, row.id, row.page) for row in rows},
-            {row["line"]: (row["name"], row["id"], row["page"]) for row in entry["rows"]},
+            {row["line"]: (row["name"], row["id"], row.get("page", "")) for row in entry["rows"]},
         )
     last = contents["rows"][-1]["line"]
     comparison.check_all(
@@ -299,8 +340,8 @@ def compare_words(comparison: Comparison) -> None:
             for key in ("from", "to", "fixed", "default"):
                 if key in limits:
                     figure = re.escape(limits[key].casefold())
-                    found = re.search(rf"(?<![\w.]){figure}(?!\w|[.,]\d)", text)
-                    read = limits[key] if found else text
+                    found = re.search(rf"(?<![\w.]){figure}(?:(?!\w|[.,]\d)|v\b)", text)
+                    read = limits[key] if found else text[:40].rstrip()
                     comparison.check(limits["line"], "limit", read, limits[key])
         for place in (*entry.get("ranges", []), *entry.get("values", [])):
             line = place["line"]

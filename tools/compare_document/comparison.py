@@ -52,11 +52,19 @@ class Transcription:
             chapters.setdefault(content["chapter"], []).append(content)
         return cls(
             [item for content in files for item in content.get("messages", {}).items()],
-            chapters["lists"][0],
+            merged(chapters["lists"]),
             chapters["contents"][0],
             [one for content in chapters["statements"] for one in content["statements"]],
             load(overlay / "examples.yaml")["examples"],
         )
+
+
+def merged(files: Sequence[Data]) -> Data:
+    """Return the files of a chapter as one, with all their lists."""
+    found: dict[str, Any] = {}
+    for content in files:
+        found = {**found, **content, "lists": {**found.get("lists", {}), **content["lists"]}}
+    return found
 
 
 @dataclass(repr=False)
@@ -79,14 +87,17 @@ class Comparison:
 
     def covers(self, line: int) -> bool:
         """Whether the chapter of a line is transcribed."""
-        return self.document.page(line) <= self.last_page
+        page = self.document.page(line)
+        return any(page in pages for pages in self.transcribed)
 
     @cached_property
-    def last_page(self) -> int:
-        """Return the last page with a transcribed table."""
+    def transcribed(self) -> list[range]:
+        """Return the pages of the chapters with a transcribed message."""
+        starts = [pages.start for pages, _ in self.document.chapters()]
         messages = self.transcription.messages
-        pages: list[int] = [table["page"] for _, entry in messages for table in entry["tables"]]
-        return max(pages)
+        headings = {entry["heading"]["page"] for _, entry in messages}
+        pages = [pages for pages, _ in self.document.chapters() if headings & {*pages}]
+        return [range(starts[0]), *pages]
 
     def check_all(
         self, what: str, read: Mapping[int, object], printed: Mapping[int, object]

@@ -9,6 +9,9 @@ from pathlib import Path
 from typing import Final
 
 EDGE: Final = re.compile(r"\s*Thorlabs Motion Controllers .* Issue 37|\s*Page \d+ of \d+")
+MESSAGES: Final = range(45, 413)
+"""Pages with the chapters of messages."""
+
 FILLER: Final = re.compile(r"reserved|not used|unused|for future use", re.IGNORECASE)
 """Names that fields next to each other may share."""
 
@@ -25,11 +28,30 @@ class Row:
 
 @dataclass(frozen=True)
 class Heading:
-    """A message, and the page and the line of its heading."""
+    """A message, and the page and the line of its heading.
+
+    ``part`` is the line of the heading of a sub-message below it, or 0.
+    """
 
     line: int
     page: int
     name: str
+    id: str
+    part: int = 0
+
+    @property
+    def place(self) -> tuple[int, int]:
+        """Return the lines of the heading and of the sub-message."""
+        return self.line, self.part
+
+
+@dataclass(frozen=True)
+class SubMessage:
+    """A line with a sub-message and its number: its heading, or a row of a list."""
+
+    line: int
+    page: int
+    title: str
     id: str
 
 
@@ -63,6 +85,7 @@ class ByteTable:
     structure: int | None
     packet: int | None
     numbers: list[int] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)  # of the rows of numbers
     header: list[str] = field(default_factory=lambda: [""] * 6)
     places: list[float] = field(default_factory=list)  # columns of the third and the fourth cell
     rows: list[tuple[list[Cell], list[Cell]]] = field(default_factory=list)  # numbers, data
@@ -132,6 +155,7 @@ class Document:
     lines: list[str]
     pages: list[int] = field(default_factory=list)
     headings: list[Heading] = field(default_factory=list)
+    sub_messages: list[SubMessage] = field(default_factory=list)
     tables: list[ByteTable] = field(default_factory=list)
     fields: list[FieldTable] = field(default_factory=list)
     lists: dict[int, tuple[str, list[Row]]] = field(default_factory=dict)
@@ -167,6 +191,13 @@ class Document:
         for number, page in enumerate(self.pages, 1):
             if page in pages:
                 yield number
+
+    def chapters(self) -> Iterator[tuple[range, str]]:
+        """Yield the pages and the title of each chapter of messages, as the index has them."""
+        found = [(int(page), title) for _, title, page in self.titles if title.endswith("Messages")]
+        ends = [page for page, _ in found[1:]] + [MESSAGES.stop]
+        for (first, title), end in zip(found, ends, strict=True):
+            yield range(first, end), title
 
     def passage(self, line: int, length: int = 4) -> str:
         """Return a line and the next ones with text as one text."""

@@ -10,23 +10,25 @@ import re
 from pathlib import Path
 from typing import Final
 
-from compare_document.document import Document, Example, Row, Value
-from compare_document.tables import HEADING, MESSAGES, numbers_in, read_chapters
+from compare_document.document import MESSAGES, Document, Example, Row, Value
+from compare_document.tables import HEADING, numbers_in, read_chapters, read_sub_message
 
 LISTS: Final = range(2, 31)
 INDEX: Final = range(413, 422)
 
-ROW: Final = re.compile(r"(?P<name>MGMSG_ ?\w+[:;]?)\s+(?P<id>0[xX][0-9A-F]+\b)[ .]*(?P<page>\d+)")
+ROW: Final = re.compile(
+    r"(?P<name>MGMSG_ ?\w+(?:_ \w+)?[:;]?)\s+(?P<id>0[xX][0-9A-F]+\b)[ .]*(?P<page>\d+)"
+)
 BYTES: Final = re.compile(r"(?:[0-9A-F]{2}|…+)(?:[ ,.]+(?:[0-9A-F]{2}|…+))*+[ ,.]*(?=\s|$)")
-DIRECTED: Final = re.compile(r"\b(?P<kind>TX|RX|Tx)(?= [0-9A-F]{2} ?,) ?")
+DIRECTED: Final = re.compile(r"\b(?P<kind>TX|RX|Tx)(?=,? [0-9A-F]{2}[ ,]),? ?")
 VALUE: Final = re.compile(r"-?0[xX][0-9A-Fa-f]+(?:\.[0-9A-Fa-f]{4})?")
 VALUE_ROW: Final = re.compile(
-    rf"\s*(?:(?P<label>[A-Za-z]\S*(?: \S+){{0,2}})\s+\(?)?(?P<value>{VALUE.pattern})(?:\):|(?![\w,)]))"
+    rf"\s*(?:(?P<label>[A-Za-z]\S*(?: \S+){{0,2}})(?<!;)\s+\(?)?(?P<value>{VALUE.pattern})(?:\):|(?![\w,)]))"
     r"\s*(?P<text>(?:[-–]|//)?\s*\w.*|$)"
 )
 PLAIN_VALUE_ROW: Final = re.compile(
     r"\s{4,}(?:\S+\s{2,})?(?:(?P<value>\d{1,2})\.?(?: [-–=]|(?=\s+[A-Z'‘])|, \d\d -)"
-    r"|(?P<byte>byte\[\d+\]) =|[A-Z]+(?: [A-Z]+)*\s+(?P<last>\d)$)"
+    r"|(?P<byte>byte\[\d+\]) =|[A-Z]+(?: [A-Z]+)*\s+(?P<last>\d)$|\w+(?: \S+)* = (?P<named>\d)$)"
 )
 TICK: Final = "✓"
 
@@ -50,6 +52,8 @@ def read_lists(document: Document) -> None:
         text = document[number].strip()
         if "Messages Applicable" in text and not text.endswith("(Continued)"):
             document.lists[number] = (text, rows := [])
+        elif one := read_sub_message(document, number):
+            rows += [Row(part.line, part.title, part.id, "") for part in one]
         elif text.startswith("MGMSG"):
             row = ROW.fullmatch(text)
             if row:
@@ -117,7 +121,7 @@ def read_examples(document: Document) -> None:
         start = mark.end() if mark else len(text) - len(text.lstrip())
         data = BYTES.match(text, start)
         if number in seen or not data or numbers_in(text):
-            if re.search(r"\b(?:TX|RX|Tx):?\s*[0-9A-F]{2}\b", text):
+            if re.search(r"\b(?:TX|RX|Tx)[:,]?\s*[0-9A-F]{2}\b", text):
                 document.unread.append((number, "example"))
             continue
         found = re.findall(r"[0-9A-F]{2}|…", re.sub("…+", "…", data.group()))

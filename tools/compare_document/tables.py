@@ -4,34 +4,36 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
 from compare_document.document import (
     FILLER,
+    MESSAGES,
     ByteTable,
     Cell,
     Document,
     FieldRow,
     FieldTable,
     Heading,
+    SubMessage,
 )
 
-MESSAGES: Final = range(45, 413)
-"""Pages with the chapters of messages."""
-
 HEADING: Final = re.compile(r"MGMSG_ ?(?P<name>\w+?(?:_ \w+?)?)[:;]?\s{2,}(?P<id>0[xX][0-9A-F]{4})")
+SUB_MESSAGE: Final = re.compile(
+    r"(?P<title>\S.*?) \(sub-message ID ?= ?(?P<id>(?:[0-9A-F]+ [\[(])?(?:0x)?[0-9A-F]+[\])]?)\)?"
+)
 NAME_ALONE: Final = re.compile(r"MGMSG_ ?\w+[:;]?[\s\d]*")
 LABEL: Final = re.compile(
     r"\s*(?P<label>SET|REQUEST|REQ|GET|HOMED|Short version|Long version)(?P<colon>:)?(?!\s*N/A)\s*"
     r"(?:\(.*\)\s*)?"
 )
 DIRECTION: Final = re.compile(r"\s*(?P<label>TX|RX) structure \(")
-STRUCTURE: Final = re.compile(r"\bstructure \((?P<size>\d+) bytes\)", re.IGNORECASE)
+STRUCTURE: Final = re.compile(r"\bstructure \(?(?P<size>\d+) ?bytes\b", re.IGNORECASE)
 PACKET: Final = re.compile(r"(?P<below>Followed|followed) by (?:a )?(?P<size>\d+)[- ]byte")
 FORMAT: Final = re.compile(
-    r"(?:\s{2,}|^)(?P<format>(?:unsigned )?(?:word|short|dword|long|char|byte|float|Unconstrained)"
+    r"(?:\s{2,}|^)(?P<format>(?:unsigned )?(?:word|short|dword|long|char|byte|float|Unconstrained|\d words)"
     r"\b\]?(?:\[\w+\]?)?)$",
     re.IGNORECASE,
 )
@@ -48,6 +50,7 @@ def read_chapters(document: Document) -> None:
     for number in document.numbers(MESSAGES):
         text = document[number].strip()
         heading = HEADING.fullmatch(text)
+        part = SUB_MESSAGE.fullmatch(text)
         label, direction = LABEL.fullmatch(text), DIRECTION.match(text)
         if heading:
             if group and any(document[n] for n in range(group[-1].line + 1, number)):
@@ -56,6 +59,10 @@ def read_chapters(document: Document) -> None:
             name = heading["name"].replace(" ", "")
             group.append(Heading(number, page, name, heading["id"]))
             document.headings.append(group[-1])
+            context = Context()
+        elif part:
+            document.sub_messages += read_sub_message(document, number)
+            group = [replace(heading, part=number) for heading in group]
             context = Context()
         elif NAME_ALONE.fullmatch(text) and document[number] == text:
             document.unread.append((number, "heading"))
@@ -77,6 +84,15 @@ def read_chapters(document: Document) -> None:
     note_unread(document)
 
 
+def read_sub_message(document: Document, number: int) -> list[SubMessage]:
+    """Return the sub-message and its number on a line, if there is one."""
+    found = SUB_MESSAGE.fullmatch(document[number].strip())
+    if not found:
+        return []
+    id = found["id"] if re.search(r"[\[(]", found["id"]) else found["id"].rstrip("])")
+    return [SubMessage(number, document.page(number), found["title"], id)]
+
+
 @dataclass
 class Context:
     """The label and the sizes above the next table."""
@@ -88,7 +104,7 @@ class Context:
 
 def note_unread(document: Document) -> None:
     """Note the rows "header" and "data" that belong to no table."""
-    starts = {table.line for table in document.tables}
+    starts = {line for table in document.tables for line in table.lines}
     for number in document.numbers(MESSAGES):
         row = re.fullmatch(r"header(?: only)?(?:\s+data)?", document[number].strip().casefold())
         if row and not starts & {number - 1, number - 2, number - 3}:
@@ -120,11 +136,12 @@ def read_table(
             return table
         table.numbers += [int(column.text) for column in columns]
         table.is_open |= "Etc" in document[number]
+        table.lines.append(number)
         number += 1
         while LABELS.fullmatch(document[number].casefold()):
             number += 1
         cells: list[Cell] = []
-        while document[number] and not re.match(r"\S.*[a-z] [a-z]", document[number]):
+        while document[number] and not ends_table(document[number]):
             phrases = [
                 Cell(p.start(), p.end(), p.group()) for p in PHRASE.finditer(document[number])
             ]
@@ -141,6 +158,13 @@ def read_table(
         table.rows.append((columns, cells))
         while not document[number] and document.page(number) == table.page:
             number += 1
+
+
+def ends_table(text: str) -> bool:
+    """Whether a line is a sentence or the label of the next table, and not a row of cells."""
+    label = LABEL.fullmatch(text)
+    sentence = re.match(r"\S.*[a-z] [a-z]|Data Structure:", text)
+    return bool(sentence or (label and label["colon"]))
 
 
 def sizes_of(table: ByteTable) -> list[int]:
@@ -229,6 +253,8 @@ def read_fields(document: Document, start: int, group: list[Heading]) -> FieldTa
             name, description = "", text.strip()
         if form:
             table.rows.append(FieldRow(number, name, form["format"], description))
+        elif FILLER.fullmatch(text.strip()) and table.rows:  # a row without description and format
+            table.rows.append(FieldRow(number, text.strip(), "", ""))
         elif table.rows:
             row = table.rows[-1]
             tail = re.search(r"\s{4,}(\S{1,6}\]|array of long)$", document[number])

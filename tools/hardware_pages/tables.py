@@ -86,7 +86,7 @@ class Units:
         methods = [self._methods(unit) for unit in self.entries.values()]
         common = set.intersection(*methods)
         parts = [", ".join(word for call, word in self.page.calls.items() if call in common)]
-        if all(self._stops(unit) for unit in self.entries.values()):
+        if "stop" in common:
             parts[0] += ", stop"
         scales = [*self._units_of_measurement()]
         parts += [" or ".join(scales)] if scales else []
@@ -103,13 +103,6 @@ class Units:
             for message in self._messages(unit)
         }
 
-    def _stops(self, unit: Json) -> bool:
-        """Whether a message of the unit stops its motions."""
-        messages = [*self._messages(unit)]
-        names = {message.name for message in messages}
-        halts = {name for m in messages for name in m.exchange.get("halted_by", ())}
-        return bool(halts & names)
-
     def _units_of_measurement(self) -> Iterator[str]:
         """Yield ``mm`` and ``degrees``, as far as a stage of the units has a scale in them."""
         for unit, rotary in (("mm", False), ("degrees", True)):
@@ -125,13 +118,13 @@ class Units:
         for name in names:
             unit = self.entries[name]
             lists = [self.protocol.units["lists"][key] for key in self.protocol.lists_of(unit)]
-            for entry in (unit, *lists):
-                document = self.protocol.document_name(entry.get("overlay", "")) or "Its document"
-                found.setdefault(document, set()).add(entry["page"])
-        word = "section" if "sections" in self.protocol.document else "p."
-        return "; ".join(
-            f"{document}, {word} {_ranges(pages)}" for document, pages in sorted(found.items())
-        )
+            for overlay, page in (
+                (entry.get("overlay", ""), entry["page"]) for entry in (unit, *lists)
+            ):
+                document = self.protocol.document_name(overlay) or "Its document"
+                word = "section" if "sections" in self.protocol.document_of(overlay) else "p."
+                found.setdefault(f"{document}, {word}", set()).add(page)
+        return "; ".join(f"{place} {_ranges(pages)}" for place, pages in sorted(found.items()))
 
     def _evidence(self, names: Collection[str]) -> str:
         """Return the classes of the evidence of units, and whether this project has tried them."""

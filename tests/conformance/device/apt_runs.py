@@ -22,10 +22,15 @@ from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
 from stagewire_virtual import VirtualController
+from stagewire_virtual.factory import simulated_units
 from stagewire_virtual.linking import SteppedLink
 from stagewire_virtual.thorlabs_apt.motor.moves import Scales
 
-UNITS = {entry["name"]: entry for entry in PROTOCOL.registry()["units"]}
+UNITS = {
+    entry["name"]: entry
+    for entry in PROTOCOL.registry()["units"]
+    if entry["name"] in simulated_units()
+}
 
 SETTINGS = ("readback", "counters", "channels", "bays-apart", "loops", "eeprom")
 OUTPUTS = (

@@ -23,9 +23,10 @@ from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
 from stagewire_virtual import VirtualController
+from stagewire_virtual.factory import simulated_units
 from stagewire_virtual.linking import SteppedLink
 
-UNITS = sorted(known_units())
+UNITS = sorted({*known_units()} & {*simulated_units()})
 
 
 def asked(controller: VirtualController, unit: str = "") -> tuple[Pics, WatchedLink]:

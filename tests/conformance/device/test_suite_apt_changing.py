@@ -36,7 +36,10 @@ PUTTING_BACK = tuple(
 )
 """Kinds that restore everything. Limits can be approached only if the zero is known."""
 
-UNDECIDED = {"MPZ601": {"piezo-position", "piezo-zero"}}
+UNDECIDED = {
+    **{key: {"piezo-position", "piezo-zero"} for key in ("MPZ601", "KPC101", "CT1P")},
+    **{key: {"piezo-position"} for key in ("KPZ101", "PPC001", "PPC102")},
+}
 """Kinds that cannot run, because the document does not define the status bits of the unit."""
 SLOW = {
     "CR1_Z6": {"backlash", "move-absolute", "profile"},

@@ -23,9 +23,12 @@ from stagewire_conformance.device.report import Outcome
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
 from stagewire_virtual import VirtualController
+from stagewire_virtual.factory import simulated_units
 from stagewire_virtual.linking import SteppedLink
 
-UNITS = [entry["name"] for entry in PROTOCOL.registry()["units"]]
+UNITS = [
+    entry["name"] for entry in PROTOCOL.registry()["units"] if entry["name"] in simulated_units()
+]
 READING = (
     "quiet", "identification", "bays", "frames", "answers", "status", "identify", "back-to-back", "timing",
     "unknown-id", "wrong-length", "foreign-destination", "truncated", "garbage", "updates", "keep-alive",

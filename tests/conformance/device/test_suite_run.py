@@ -18,9 +18,10 @@ from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.results import Result, worst
 from stagewire_conformance.device.run import run
 from stagewire_conformance.device.trial import Trial
+from stagewire_virtual.factory import simulated_units
 from stagewire_virtual.linking import SteppedLink
 
-UNITS = sorted(known_units())
+UNITS = sorted({*known_units()} & {*simulated_units()})
 
 
 def link_to(unit: str = "TDC001", **options: object) -> WatchedLink:

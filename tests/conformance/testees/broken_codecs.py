@@ -108,6 +108,12 @@ class Layout:
         numbers: int = self.field["maximum"] - self.field["minimum"] + 1
         return numbers == 1 << 8 * self.size
 
+    @property
+    def free(self) -> bool:
+        """Whether a packet with any value of the field can be decoded."""
+        arrays = (f["array"]["rows"] for f in self.fields.values() if f["kind"] == "array")
+        return self.field["role"] != "constant" and self.name not in arrays
+
     def neighbour(self) -> str:
         """Another field of the same kind and size; empty if there is none."""
         alike = (self.field["kind"], self.size, "value", "value")
@@ -478,15 +484,21 @@ def _of_fields(protocol: Protocol, layout: Layout) -> Iterator[str]:
     if field["kind"] != "integer":
         yield "decoded: last letter lost"
         return
-    yield from ("decoded: sign", "decoded: dropped mask", "decoded: number as text")
+    yield "decoded: number as text"
+    if layout.free:
+        yield from ("decoded: sign", "decoded: dropped mask")
     yield "range: wraps"
     if layout.whole:  # other ranges have no valid value with the top bit
         yield from ("encoded: dropped mask", "range: sign")
     if layout.size > 1:
-        yield from ("decoded: byte order", "decoded: low byte alone")
+        yield "decoded: byte order"
+        if layout.free:
+            yield "decoded: low byte alone"
         yield from ("encoded: byte order", "encoded: a place further")
     if layout.name == "chan_ident":
-        yield from ("decoded: channel from source", "decoded: true", "fields: any kind")
+        yield from ("decoded: channel from source", "decoded: true")
+        if layout.name == next(iter(layout.fields)):  # the field that the cases write as text
+            yield "fields: any kind"
     if layout.form == "request":
         yield "decoded: from axis"
 

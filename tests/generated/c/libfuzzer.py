@@ -40,6 +40,7 @@ OPTIONS = [
 # Only the code under test guides the fuzzer, not the loops of the checks.
 GUIDED = ["-fsanitize=fuzzer-no-link", "-fno-sanitize-coverage=trace-cmp"]
 SECONDS_AN_INPUT = 20
+MOST_LAYOUTS = 600  # at least those of the largest package, so that the corpus has each
 
 _DONE = re.compile(r"^stat::number_of_executed_units: +(\d+)", re.MULTILINE)
 _SEEN = re.compile(r"^seen: (\w+) (\d+)$", re.MULTILINE)
@@ -124,8 +125,9 @@ def _beginnings(name: str, c: Path) -> Iterator[bytes]:
     published = _bytes_of(c.parent / "vectors" / f"{target.protocol}.json")
     if target.source == "codec.c":
         yield from (bytes((0, 0, 2, 0x21)) + raw for raw in published)
-        for number in range(256):  # bytes that fill the struct of a layout
-            yield from (bytes((number, 0, 0, 0x21)) + fill * 40 for fill in (b"\0", b"\xff"))
+        for number in range(MOST_LAYOUTS):  # bytes that fill the struct of a layout
+            controls = number.to_bytes(2, "little") + b"\0\x21"
+            yield from (controls + fill * 40 for fill in (b"\0", b"\xff"))
     else:
         controls = 3 if target.source == "apt_parser.c" else 2
         runs = [b"".join(published[first : first + 4]) for first in range(0, len(published), 4)]

@@ -97,7 +97,8 @@ MICROBIT = Machine(
         *("-Wl,--gc-sections", "-ffunction-sections", "-fdata-sections"),
     ],
     [
-        *("qemu-system-arm", "-M", "microbit", "-display", "none", "-monitor", "none"),
+        *("qemu-system-arm", "-M", "microbit", "-global", "nrf51-soc.flash-size=524288"),
+        *("-display", "none", "-monitor", "none"),
         *("-serial", "none", "-semihosting-config", "enable=on,target=native", "-kernel"),
     ],
     is_chip=True,

@@ -14,7 +14,7 @@ import libfuzzer
 import pytest
 from toolchain import C, need
 
-EXECUTIONS = 40_000
+EXECUTIONS = 160_000
 SEED = 1
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.witness.comparison import Comparison
-from stagewire_generator.lint.witness.witness import compare_witness
+from stagewire_generator.lint.witness.witness import compare_witness, is_named
 from stagewire_generator.model import Protocol
 from stagewire_generator.strict_yaml import load
 
@@ -383,6 +383,20 @@ SECTIONS: dict[str, tuple[str, str, Found]] = {
 }
 
 
+@pytest.mark.parametrize(
+    ("unit", "title", "named"),
+    [
+        ("BBD201", "BBD20x controllers", True),
+        ("KLS1550", "KLD and KLS", True),
+        ("TLD001", "TLD", True),
+        ("TLS001", "TLD", False),
+        ("KLD101", "KLS101 controller", False),
+    ],
+)
+def test_titles_of_tables_name_units_and_their_series(unit: str, title: str, named: bool) -> None:
+    assert is_named(unit, title) is named
+
+
 @pytest.mark.parametrize("case", SECTIONS)
 def test_fields_values_and_ranges_are_compared(
     protocol: Protocol, tmp_path: Path, case: str
@@ -598,6 +612,14 @@ def test_a_list_without_additions_matches(protocol: Protocol, tmp_path: Path) ->
     bare = replace(protocol, units={"lists": lists, "units": {}})
     text = listing("lists", f"lists: {{TP1: {{title: x, page: 9, rows: [{GOOD}]}}}}")
     assert found(compare(bare, tmp_path, text)) == {}
+
+
+def test_prefixes_are_compared_where_a_file_has_their_table(
+    protocol: Protocol, tmp_path: Path
+) -> None:
+    head = f"lists: {{TP1: {{title: Of the TP1, page: 9, rows: [{GOOD}, {MOVED}, {ALIVE}]}}}}"
+    texts = listing("lists", PREFIXES, head), listing("lists", "lists: {}")
+    assert found(compare(protocol, tmp_path, *texts)) == ECHO
 
 
 def test_a_recorded_misprint_that_is_not_printed_is_reported(

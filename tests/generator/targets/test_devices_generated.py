@@ -229,6 +229,19 @@ def test_targets_of_absolute_and_relative_moves() -> None:
         "MOVE_RELATIVE_STORED": ("relative", ("move_rel_params", "relative_distance")),
         "MOVE_ABSOLUTE": ("absolute", None),
         "MOVE_ABSOLUTE_STORED": ("absolute", ("move_abs_params", "absolute_position")),
+        "PZMOT_STOP": (None, None),
+        "PZMOT_MOVE_VELOCITY": (None, None),
+        "PZMOT_MOVE_RELATIVE": ("relative", None),
+        "PZMOT_MOVE_RELATIVE_STORED": ("relative", ("kcube_move_relative_params", "rel_distance")),
+        "PZMOT_MOVE_ABSOLUTE": ("absolute", None),
+        "PZMOT_MOVE_ABSOLUTE_STORED": ("absolute", ("kcube_move_absolute_params", "abs_distance")),
+        "MOVE_JOG": (
+            None,
+            None,
+        ),  # of a KIM101: its step is a number of a parameter set for each direction
+        "MOVE_START": (None, None),
+        "STOP_XY_SCAN": (None, None),
+        "DISABLE_OUTPUT": (None, None),
     }
 
 
@@ -298,12 +311,15 @@ def test_names_that_are_taken(
         (
             "stagewire_apt",
             {
-                "bbd30x_status_bits", "bpc_status_bits", "channel", "dc_status_bits", "hardware_type",
-                "home_direction", "home_limit_switch", "kbd101_status_bits", "kdc101_status_bits",
-                "knob_mode",
-                "m30x_status_bits", "output_max_volts_flags", "rack_status_bits", "stage_axis",
-                "stepper_status_bits", "synchronized_trigger", "tbd001_status_bits", "tpz_status_bits",
-                "trigger_output_mode", "trigger_port_mode",
+                "bbd30x_status_bits", "bnt_status_bits", "bpc_status_bits", "channel", "dc_status_bits",
+                "hardware_type", "home_direction", "home_limit_switch", "kbd101_status_bits",
+                "kdc101_status_bits", "kld101_status_bits", "kls101_status_bits", "kls_status_bits",
+                "knob_mode", "la_status_bits", "laser_trigger_mode", "m30x_status_bits",
+                "nanotrak_state", "nanotrak_status_bits", "notch_filter_state",
+                "output_max_volts_flags", "pdxc2_status_bits", "ppc_feedback_source",
+                "quad_status_bits", "rack_status_bits", "stage_axis", "stepper_status_bits",
+                "synchronized_trigger", "tbd001_status_bits", "tec_status_bits", "tia_range_steps",
+                "tld001_status_bits", "tpz_status_bits", "trigger_output_mode", "trigger_port_mode",
             },
             {
                 "flipper_signal_mode": ["INVERTED_INPUT", "INVERTED_OUTPUT"],

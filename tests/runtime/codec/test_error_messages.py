@@ -218,7 +218,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
         lambda: build("MOT_MOVE_ABSOLUT", {}),
         UnknownMessageError,
         "Thorlabs APT host-controller communications protocol has no message "
-        "MOT_MOVE_ABSOLUT; did you mean MOT_MOVE_ABSOLUTE or MOT_MOVE_RASTER or MOT_MOVE_STOP?",
+        "MOT_MOVE_ABSOLUT; did you mean MOT_MOVE_ABSOLUTE or PZMOT_MOVE_ABSOLUTE or MOT_MOVE_RASTER?",
     ),
     (
         lambda: build("NONSENSE", {}),

@@ -13,6 +13,7 @@ from stagewire_apt import PROTOCOL
 
 Json = dict[str, Any]
 BY_ID: dict[int, Json] = {m["id"]: m for m in PROTOCOL.registry()["messages"] if m["id"]}
+ALONE = [id for id, message in BY_ID.items() if "sub_message" not in message]
 DIRECTIONS = {
     "to_host": Direction.TO_HOST,
     "to_controller": Direction.TO_CONTROLLER,
@@ -24,7 +25,11 @@ def test_every_message_with_an_id_is_in_the_table() -> None:
     assert PROTOCOL.framing.forms.keys() == BY_ID.keys()
 
 
-@pytest.mark.parametrize("id", BY_ID, ids=lambda id: BY_ID[id]["name"])
+def test_ids_of_sub_messages_are_shared() -> None:
+    assert PROTOCOL.framing.shared == BY_ID.keys() - {*ALONE}
+
+
+@pytest.mark.parametrize("id", ALONE, ids=lambda id: BY_ID[id]["name"])
 def test_forms(id: int) -> None:
     message, forms = BY_ID[id], PROTOCOL.framing.forms[id]
     layouts = message["layouts"]

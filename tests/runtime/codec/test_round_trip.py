@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from typing import Any
 
@@ -24,6 +25,7 @@ from stagewire.errors import (
 )
 from stagewire.protocols import Message, UndecidedMessage, UndocumentedMessage
 from stagewire_apt import PROTOCOL
+from sub_messages import selecting
 from undocumented import NAME
 from undocumented import PROTOCOL as WITH_UNPRINTED
 
@@ -200,11 +202,12 @@ def test_encoded_messages_decode_to_equal_ones(
 def test_decoded_bytes_encode_to_the_same_bytes(
     message: dict[str, Any], layout: dict[str, Any], data: st.DataObject
 ) -> None:
-    body = data.draw(st.binary(min_size=layout["length"], max_size=layout["length"]))
+    size = layout["length"] or 2
+    drawn = data.draw(st.binary(min_size=size, max_size=size))
+    body = selecting(drawn, message.get("sub_message"), layout["form"])
     id = message["id"].to_bytes(2, "little")
     if layout["form"] == "header":
-        params = data.draw(st.binary(min_size=2, max_size=2))
-        raw = id + params + data.draw(st.integers(0, 0x7F)).to_bytes(1, "little") + b"\x01"
+        raw = id + body + data.draw(st.integers(0, 0x7F)).to_bytes(1, "little") + b"\x01"
     else:
         raw = id + struct.pack("<HBB", layout["length"], 0xD0, 0x01) + body
     for context in (None, {"status": "dc"}, {"status": "stepper"}):
@@ -292,4 +295,4 @@ def test_all_public_names_are_documented() -> None:
     for cls in PROTOCOL.messages:
         assert issubclass(cls, Message)
         assert f"``{cls.layout.message}``" in (cls.__doc__ or "")
-        assert "page" in (cls.__doc__ or "")
+        assert re.search("page|section", cls.__doc__ or "")

@@ -51,6 +51,7 @@ from stagewire.protocols import (
 )
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
+from sub_messages import selecting
 from undocumented import PROTOCOL as WITH_UNPRINTED
 from undocumented import HwUnprinted
 
@@ -69,7 +70,8 @@ BOTH = pytest.mark.parametrize("read_columns", [columns, numpy_columns])
 def frames_of(cls: type[Message], payloads: list[bytes], addresses: list[tuple[int, int]]) -> bytes:
     layout = cls.layout
     made = b""
-    for payload, (dest, source) in zip(payloads, addresses, strict=True):
+    for drawn, (dest, source) in zip(payloads, addresses, strict=True):
+        payload = selecting(drawn, layout.sub_message, layout.form)
         if layout.form == "header":
             made += struct.pack("<H2sBB", layout.id, payload, dest, source)
         else:

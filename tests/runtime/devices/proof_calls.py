@@ -11,6 +11,7 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
+from stagewire._devices import reals
 from stagewire.protocols import load_protocol
 
 RAISED: dict[str, dict[str, Any]] = {
@@ -159,7 +160,10 @@ def _ranged(field: Any, unit: str) -> Any:
     fitting = [ranges.get(unit, ranges["others"])] if unit else ranges.values()
     minimum = max(each["minimum"] for each in fitting)
     maximum = min(each["maximum"] for each in fitting)
-    return {**field, "minimum": minimum, "maximum": maximum}
+    found = {**field, "minimum": minimum, "maximum": maximum}
+    if "enum" in field:
+        found["enum"] = {n: v for n, v in field["enum"].items() if minimum <= v <= maximum}
+    return found
 
 
 def random_field(field: Any, draw: random.Random) -> Any:
@@ -210,11 +214,33 @@ def givens(call: Call) -> tuple[Any, ...]:
 
 
 def arguments(call: Call, draw: random.Random, protocol: str = "thorlabs_apt") -> dict[str, Any]:
-    """Return random arguments in raw counts that are valid according to the registry."""
+    """Return random arguments that are valid according to the registry: raw counts, and real numbers."""
     by_name = {
         field["name"]: field for field in fields_of(layouts(protocol)[message_of(call).__name__])
     }
-    return {given.keyword: random_field(by_name[given.field], draw) for given in givens(call)}
+    return {given.keyword: _argument(by_name[given.field], draw) for given in givens(call)}
+
+
+def _argument(field: Any, draw: random.Random) -> Any:
+    if not field.get("real"):
+        return random_field(field, draw)
+    if _is_signed(field):  # most patterns are numbers, but not all
+        return reals.number_of(
+            reals.pattern_of(draw.uniform(-1e6, 1e6), field["size"]), field["size"]
+        )
+    return reals.number_of(random_field(field, draw), field["size"])
+
+
+def _is_signed(field: Any) -> bool:
+    """Whether a real number may be negative; then it has no range."""
+    return bool(field["maximum"] >> (8 * field["size"] - 1))
+
+
+def as_sent(message: Any, field: str, value: Any) -> Any:
+    """Return an argument as a message carries it: a real number as its bit pattern."""
+    found = fields_of(layouts()[type(message).__name__])
+    [entry] = [each for each in found if each["name"] == field]
+    return reals.pattern_of(value, entry["size"]) if entry.get("real") else value
 
 
 def in_units(
@@ -250,5 +276,14 @@ def in_counts(
         if field["kind"] == "integer":
             others = arguments(call, draw, protocol)
             del others[given.keyword]
-            outside = (field["minimum"] - 1, field["maximum"] + 1, math.nan, math.inf, 0.5)
-            yield given.keyword, others, outside
+            yield given.keyword, others, (*_outside(field), math.nan, math.inf)
+
+
+def _outside(field: Any) -> tuple[float, ...]:
+    """Return values just outside the range of a number, and one that is not an integer."""
+    low, high = field["minimum"], field["maximum"]
+    if not field.get("real"):
+        return low - 1, high + 1, 0.5
+    if _is_signed(field):
+        return -1e39, 1e39
+    return -1, reals.number_of(high + 1, field["size"])

@@ -24,11 +24,15 @@ from stagewire_apt import BSC203, K10CR1, KDC101, MFF101, TDC001, TPZ001, aio, d
 from stagewire_apt import messages as m
 from stagewire_apt.devices.facts import UNITS
 from stagewire_ms2000 import MS2000
+from stagewire_virtual.factory import simulated_units
 
 MOTORS = [
     name
     for name, unit in UNITS.items()
-    if unit.status_query is not None and unit.positions is None and unit.kind != "bay"
+    if unit.status_query is not None
+    and unit.positions is None
+    and unit.kind != "bay"
+    and name in simulated_units()
 ]
 
 

@@ -13,18 +13,19 @@ import stagewire_virtual as virtual
 from stagewire.errors import LimitError, UnknownScaleError
 from stagewire.quantities import EndlessTravel, Limit, ScaleConflict, Stage
 from stagewire_apt import stages
+from stagewire_virtual.factory import simulated_units
 
 ROTARY = [stage for stage in vars(stages).values() if isinstance(stage, Stage) and stage.rotary]
 
 
 def drives() -> list[tuple[str, str]]:
-    """Return each stage with each unit that has a device class and drives it."""
+    """Return each stage with each unit that has a device class, can be simulated and drives it."""
     return [
         (stage.name, unit)
         for stage in ROTARY
         for units in stage.controllers.values()
         for unit in units
-        if hasattr(stagewire_apt, unit)
+        if hasattr(stagewire_apt, unit) and unit in simulated_units()
     ]
 
 

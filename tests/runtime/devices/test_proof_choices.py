@@ -39,7 +39,7 @@ def field_of(call: Call, given: Any) -> Any:
     """Return the registry entry of an argument."""
     [field] = [
         field
-        for field in fields_of(layouts()[message_of(call).__name__])
+        for field in fields_of(layouts()[message_of(call).__name__], call.unit)
         if field["name"] == given.field
     ]
     return field

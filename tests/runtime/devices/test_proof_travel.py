@@ -29,7 +29,10 @@ from stagewire.errors import LimitError
 from stagewire_apt import stages
 from stagewire_apt.enumerations import JogMode
 
-MOVERS = [unit for unit in units() if facts_of(unit)["stages"]]
+MOVERS = [
+    unit for unit in units()
+    if facts_of(unit)["stages"] and not getattr(stages, facts_of(unit)["stages"][0]).rotary
+]  # fmt: skip
 TRAVEL = 25  # mm
 STORED = {
     "move_absolute_stored": ("MOT_REQ_MOVEABSPARAMS", "absolute_position"),

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from inertial_controller import controller
 from recording_link import RecordingLink
 
 import stagewire
@@ -35,6 +36,7 @@ from stagewire_apt import (
     K10CR1,
     KBD101,
     KDC101,
+    KIM101,
     KST101,
     LTS150,
     LTS300,
@@ -48,6 +50,8 @@ from stagewire_apt import (
     messages as m,
 )
 from stagewire_cli.main import main
+from stagewire_virtual.factory import simulated_units
+from stagewire_virtual.linking import SteppedLink
 
 APT: Any = load_protocol("thorlabs_apt")
 UNITS = {unit["name"]: unit for unit in APT.registry()["units"]}
@@ -170,7 +174,7 @@ class TestPortNotFoundOrDriverNotBound:
 
 
 class TestWrongAddress:
-    @pytest.mark.parametrize("name", sorted(name for name in UNITS if UNITS[name].get("address")))
+    @pytest.mark.parametrize("name", sorted(UNITS.keys() & simulated_units().keys()))
     def test_open_sends_only_requests_to_the_addresses_of_the_unit(self, name: str) -> None:
         cls, unit = getattr(devices, name), getattr(devices, name).unit
         if unit.kind == "bay":
@@ -377,7 +381,7 @@ class TestWrongClassForAPiezoOrALaser:
         with stagewire.open("virtual://TPZ001") as device:
             assert type(device) is TPZ001
 
-    @pytest.mark.parametrize(("number", "name"), [(97000001, "KIM101"), (112000001, "PDXC2")])
+    @pytest.mark.parametrize(("number", "name"), [(99000001, "BVC101"), (75000001, "MMR601")])
     def test_a_unit_without_a_class_is_named_before_anything_is_sent(
         self, monkeypatch: pytest.MonkeyPatch, number: int, name: str
     ) -> None:
@@ -389,7 +393,9 @@ class TestWrongClassForAPiezoOrALaser:
 
     def test_a_laser_is_refused_after_it_reported_its_model(self) -> None:
         line = RecordingLink(virtual.TDC001(model="TLS001", serial_number=86000001))
-        with pytest.raises(WrongUnitError, match=r"'TLS001'; no known unit .* begin with 86"):
+        with pytest.raises(
+            WrongUnitError, match=r"86000001 and model 'TLS001'.*; open it as TLS001"
+        ):
             TDC001.open(line)
 
 
@@ -438,13 +444,20 @@ class TestSerialNumbersOfNineDigits:
 
 
 class TestKim101:
-    def test_a_kim101_is_known_but_not_supported(self) -> None:
-        with pytest.raises(
-            UnsupportedError, match=r"KIM101: .*no messages for it \(K-Cube inertial"
-        ):
-            stagewire.open("usb://97000001")
-        with pytest.raises(UnsupportedError, match="KIM101"):
-            stagewire.open("virtual://x", "KIM101")
+    """The channels are the bits 1, 2, 4 and 8; test_channel_bits.py tests every call and channel."""
+
+    @pytest.mark.parametrize(("number", "bit"), [(1, 1), (2, 2), (3, 4), (4, 8)])
+    def test_a_channel_is_a_bit_in_moves_and_jogs(self, number: int, bit: int) -> None:
+        line, instrument = controller("KIM101")
+        with KIM101.open(SteppedLink(line)) as device:
+            channel = device.channel(number)
+            instrument.frames.clear()
+            channel.move_absolute(counts=5)
+            channel.move_jog("FORWARD")
+        move, jog = instrument.frames
+        assert (move[:2], move[6:8]) == (b"\xd4\x08", bytes((bit, 0)))
+        assert (jog[:2], jog[2:4]) == (b"\xd9\x08", bytes((bit, 1)))
+        assert instrument.moved == [bit, bit]
 
 
 class TestFlippersHaveAddressesOfTheirOwn:

@@ -5,19 +5,25 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import struct
 from typing import Any
 
 import pytest
 from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
+from stagewire._devices.reals import pattern_of
 from stagewire.errors import BadValueError, LimitError, UnsupportedError
-from stagewire_apt import KDC101, TDC001, TPZ001, aio, devices, stages
+from stagewire_apt import KDC101, TDC001, TPA101, TPZ001, aio, devices, stages
+from stagewire_apt import messages as m
 from stagewire_apt.devices.facts import FACTS, UNITS
 from stagewire_apt.messages import PROTOCOL
 from stagewire_ms2000 import MS2000
+from stagewire_virtual.factory import simulated_units
 
-UNITS_ALONE = [name for name, unit in UNITS.items() if unit.kind != "bay"]
+UNITS_ALONE = [
+    name for name, unit in UNITS.items() if unit.kind != "bay" and name in simulated_units()
+]
 REGISTRY = {entry["name"]: entry for entry in PROTOCOL.registry()["messages"]}
 ALLOWED = {"none", "settings"}
 """Effects of the messages that a snapshot and its restoration may send."""
@@ -165,3 +171,41 @@ def test_a_unit_without_settings_says_so() -> None:
     refused = pytest.raises(UnsupportedError, match="no settings of MS2000 that can be read")
     with MS2000.open("virtual://MS2000") as ms2000, ms2000.low_level(), refused:
         ms2000.axis("X").snapshot()
+
+
+def loop_params(gain: float) -> bytes:
+    reals = ("pid_consts_p", "pid_consts_i", "pid_consts_d", "pid_consts_dfc", "filter_fc")
+    numbers = dict.fromkeys(reals, pattern_of(gain, 4))
+    return m.QuadGetLoopParams2(
+        **numbers, filter_q=pattern_of(1.0, 4), notch_filter_on=1, pid_deriv_filter_on=1
+    ).pack(0x01, 0x50)
+
+
+class LoopLink(RecordingLink):
+    """A line to a detector that only answers the request for its second set of loop constants."""
+
+    held = loop_params(5.5)
+
+    def __init__(self) -> None:
+        super().__init__(virtual.TPZ001())
+        self._waiting = b""
+
+    def read(self, timeout: float) -> bytes:
+        said, self._waiting = self._waiting, b""
+        return said or super().read(timeout)
+
+    def write(self, data: bytes) -> None:
+        if m.QuadReqLoopParams2().pack(0x50, 0x01) in data:
+            self._waiting += self.held
+        super().write(data)
+
+
+def test_real_numbers_of_a_snapshot_are_numbers_and_can_be_restored() -> None:
+    line = LoopLink()
+    with TPA101.open(line, identify=False, timeout=0.05) as detector:
+        taken = detector.snapshot()
+        assert taken["settings"]["loop_params_2"]["pid_consts_p"] == 5.5
+        line.held = loop_params(7.0)
+        only = {**taken, "settings": {"loop_params_2": taken["settings"]["loop_params_2"]}}
+        assert detector.restore(only, tuning=True) == ("loop_params_2",)
+        assert struct.pack("<f", 5.5) in line.raw

@@ -8,6 +8,7 @@ later one could not be distinguished from an answer in time.
 
 from __future__ import annotations
 
+import gc
 import tracemalloc
 from collections import deque
 
@@ -218,8 +219,10 @@ def test_losses_do_not_make_memory_grow():
     tracemalloc.start()
     try:
         work(100)
+        gc.collect()  # after other tests, cycles are collected only rarely
         before, _ = tracemalloc.get_traced_memory()
         work(600)
+        gc.collect()
         after, _ = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()

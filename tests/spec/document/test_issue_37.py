@@ -118,6 +118,7 @@ def test_single_changes_are_reported_at_their_places(
     message(wrong, "MOT_MOVE_HOME")["tables"].clear()
     lists: Any = wrong.lists["lists"]
     lists["KST101"]["rows"].pop(0)
+    lists["KIM101"]["rows"][2]["id"] = "0D"
     examples: Any = wrong.examples
     examples["i37-poscounter-set"]["printed"] = "10 04 06 00 A2 01 01 00 40 0D 03 01"
     del examples["i37-move-home"]
@@ -133,6 +134,7 @@ def test_single_changes_are_reported_at_their_places(
         (6286, "cell of the status bits"),
         (3932, "byte table"),
         (676, "row of a list"),
+        (1404, "row of a list"),
         (3101, "example"),
         (3940, "example"),
     }
@@ -175,3 +177,125 @@ def test_a_wrong_value_of_a_list_is_reported(
         checks.compare_values(found)
         assert found.differences, (right, row)
         row[0] = right
+
+
+def test_sub_messages_are_compared_below_their_shared_heading(
+    document: Document, transcription: Transcription
+) -> None:
+    part: Any = {
+        "of": "QUAD_SET_PARAMS",
+        "page": 336,
+        "line": 15864,
+        "title": "Set/Request/Get Quad_OperMode",
+        "id": "07",
+        "bytes": [15880, "0700"],
+        "listed": [[15507, "Set/Request/Get Quad Operating Mode", "07"]],
+    }
+    table = {
+        "page": 336,
+        "line": 15872,
+        "part": "SET",
+        "structure": 14,
+        "packet": 8,
+        "last_offset": 9,
+        "header": ["70", "08", "08", "00", "d|", "s"],
+        "columns": ["SubMsgID", "Mode"],
+    }
+    entry: Any = {
+        "heading": {"page": 328, "line": 15482, "id": "0x0870"},
+        "sub_message": part,
+        "tables": [table],
+        "rows": [["SubMsg ID", "word"], ["Mode", "word"]],
+    }
+    lines = {15482, 15507, 15864, 15872, 15880, 15882}
+
+    def differing() -> set[tuple[int, str]]:
+        found = Comparison(document, replace(transcription, messages=[("QUAD_SET_MODE", entry)]))
+        checks.compare_headings(found)
+        checks.compare_sub_messages(found)
+        checks.compare_tables(found)
+        checks.compare_fields(found)
+        return {(one.line, one.what) for one in found.differences if one.line in lines}
+
+    assert differing() == set()
+    part |= {"id": "08", "bytes": [15880, "0800"], "of": "QUAD_REQ_PARAMS"}
+    part["listed"][0][2] = "08"
+    entry["rows"][1] = ["Mode", "dword"]
+    assert differing() == {
+        (15482, "heading"),
+        (15507, "sub-message"),
+        (15864, "sub-message"),
+        (15872, "byte table"),
+        (15872, "sizes of data"),
+        (15880, "bytes of a sub-message"),
+        (15882, "field"),
+    }
+
+
+def test_numbers_of_sub_messages_are_read_as_printed(document: Document) -> None:
+    read = {part.line: part.id for part in document.sub_messages}
+    assert len(read) == 83
+    assert [read[line] for line in (14406, 14680, 15613, 18698)] == [
+        "10 [0A]",
+        "17 (0x11)",
+        "3",
+        "2D",
+    ]
+    rows = {row.line: (row.name, row.id) for _, rows in document.lists.values() for row in rows}
+    assert rows[1328] == ("Set/Request/Get Quad_KPADigOPs", "10")
+
+
+def test_frames_are_read_with_other_punctuation(document: Document) -> None:
+    frames = {example.line: (example.kind, example.data) for example in document.examples}
+    assert frames[12039] == ("TX", "09 06 04 00 D0 01 FF 7F FF 7F")
+    assert frames[12086] == ("TX", "12 06 00 00 50 01")
+    assert frames[13952] == ("TX", "EB 07 08 00 D0 01 02 00 01 00 01 10 00 10")
+
+
+def test_the_breakdown_of_a_frame_is_not_a_list_of_values(document: Document) -> None:
+    lines = {value.line for value in document.values}
+    assert not lines & set(range(12190, 12196))
+    assert lines >= {12177, 12178, 12179}
+
+
+def test_tables_without_blank_lines_labels_or_formats_are_read(document: Document) -> None:
+    tables = {table.line: table for table in document.tables}
+    assert tables[15543].header == ["70", "08", "08", "00", "d|", "s"]  # text follows at once
+    assert (tables[16586].structure, tables[18461].structure) == (12, 32)  # 12bytes, 32 bytes
+    assert tables[16655].lines == [16655, 16659]  # the second row is labelled "header only" too
+    rows = {row.line: (row.name, row.format) for table in document.fields for row in table.rows}
+    assert rows[16498] == ("Reserved", "")
+    assert rows[18434] == ("Reserved", "6 words")
+
+
+def test_values_after_an_equals_sign_or_in_quotation_marks_are_found(document: Document) -> None:
+    for value, line in (("4", 17572), ("2", 17759)):
+        assert next(checks.find_value(document, (line, 0), value))[0] == line
+
+
+def test_values_named_before_an_equals_sign_and_rows_of_bits_without_a_mask_are_compared(
+    document: Document, transcription: Transcription
+) -> None:
+    values = {value.line: value.value for value in document.values}
+    assert [values[line] for line in (10063, 10064, 10095, 10132)] == ["0", "1", "1", "1"]
+    wrong = copy.deepcopy(transcription)
+    bits = message(wrong, "PZ_GET_PZSTATUSBITS")["values"]
+    assert bits[0]["rows"][6][:2] == ["", "10"]
+    bits[0]["rows"][6][1] = "14"
+    message(wrong, "PZ_SET_PPC_IOSETTINGS")["values"][0]["rows"].pop()
+    found = Comparison(document, wrong)
+    checks.compare_values(found)
+    assert {one.line for one in found.differences} >= {9630, 10066}
+
+
+def test_a_label_right_below_a_table_is_not_a_cell(document: Document) -> None:
+    tables = {table.line: table for table in document.tables}
+    assert tables[11375].header == ["F4", "07", "01", "00", "d", "s"]
+    assert tables[11382].part == "GET"
+
+
+def test_chapters_count_one_by_one(document: Document, transcription: Transcription) -> None:
+    last = [(name, one) for name, one in transcription.messages if one["heading"]["page"] > 409]
+    found = Comparison(document, replace(transcription, messages=last))
+    assert found.covers(19373)
+    assert not found.covers(9250)

@@ -86,9 +86,13 @@ class Host:
         return list(self.heard)
 
 
-def test_an_added_unit_is_not_in_the_installed_registry() -> None:
-    """The others are units of Issue 37; the registry of these tests has no overlay."""
-    assert LINES.keys() - units_of(PROTOCOL).keys() == {"BPC303"}
+def test_the_added_units_are_those_of_the_registry_without_overlays(registry: Any) -> None:
+    """The installed registry has units of the same names from Issue 37, in families of their own."""
+    assert "overlays" not in registry["document"]
+    installed = units_of(PROTOCOL)
+    families = {name: unit.facts["family"] for name, unit in units_of(PROTOCOL, registry).items()}
+    assert families["BPC303"] != installed["BPC303"].facts["family"]
+    assert families["KDC101"] != installed["KDC101"].facts["family"]
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,12 @@ from apt_host import BAY, MOTHERBOARD, USB, Host
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.factory import why_not
 from stagewire_virtual.instrument import units_of
 from stagewire_virtual.thorlabs_apt.facts import class_of
 from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
 
-UNITS = units_of(PROTOCOL)
+UNITS = {name: unit for name, unit in units_of(PROTOCOL).items() if not why_not(unit)}
 STATUS = {
     "stepper": m.MotGetStatusUpdate,
     "dc": m.MotGetDcStatusUpdate,
