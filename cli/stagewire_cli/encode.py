@@ -79,8 +79,8 @@ def encode(
 ) -> None:
     """Encode a message and print its bytes in hex.
 
-    Values are raw counts (200000 or 0x05), names of enumerations and flags (CONTINUOUS, a|b), text, or hex
-    for byte strings.
+    Values are raw counts (200000 or 0x05), names of enumerations and flags (CONTINUOUS, a|b), text, hex for
+    byte strings, or decimals (0.5 or 1e-9) for real numbers.
 
     The default addresses are those of the host and a single USB unit, in the direction of the message. A
     command has an axis instead of addresses; setup commands and replies have neither. A packet has the

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from stagewire.errors import CodecError
 from stagewire.protocols import Frame, Protocol
 from stagewire_cli.output import printable, table
+from stagewire_cli.real_numbers import range_text, real_text
 from stagewire_conformance.answers import ADDRESSES
 from stagewire_conformance.registry import Registry, registry_of
 from stagewire_conformance.scales import factor
@@ -56,7 +57,8 @@ def frame_table(protocol: Protocol, answer: Json, units: StageValues | None = No
         field = known.get(name, {})
         offset = field.get("offset")
         place = "" if offset is None or name in parameters else str(offset)
-        shown.add_row(place, name, _raw_text(value), _meaning(field, value, units))
+        raw = f"{value:#x}" if field.get("real") else _raw_text(value)
+        shown.add_row(place, name, raw, _meaning(field, value, units))
     for key, text in (("extra", "bytes beyond the layout"), ("data", "the whole packet")):
         if answer.get(key):
             shown.add_row("", key, answer[key], text)
@@ -65,7 +67,11 @@ def frame_table(protocol: Protocol, answer: Json, units: StageValues | None = No
 
 def frame_line(protocol: Protocol, answer: Json, units: Mapping[str, float] | None = None) -> str:
     """Return a decoded frame in one line, for streams; ``units`` are further words, such as position_mm."""
-    words = [f"{name}={_raw_text(value, ',')}" for name, value in answer["fields"].items()]
+    known = registry_of(protocol).fields(answer["message"], answer["form"])
+    words = [
+        f"{name}={_value_text(known.get(name, {}), value)}"
+        for name, value in answer["fields"].items()
+    ]
     words += [f"{key}={answer[key]}" for key in ("extra", "data") if answer.get(key)]
     words += [f"{name}={value:.10g}" for name, value in (units or {}).items()]
     if "dest" in answer:
@@ -111,13 +117,20 @@ def _raw_text(value: int | str | list[int], joint: str = " ") -> str:
     return printable(value) if isinstance(value, str) else str(value)
 
 
+def _value_text(field: Json, value: int | str | list[int]) -> str:
+    """Return a value in one word: the number of a bit pattern, or the raw value."""
+    if field.get("real") and isinstance(value, int):
+        return real_text(field, value)
+    return _raw_text(value, ",")
+
+
 def _meaning(field: Json, value: int | str | list[int], units: StageValues | None) -> str:
     """Return the meaning of a raw value: a name, flag names, engineering units; empty if unknown."""
     if isinstance(value, list):
         return f"rows of {columns_text(field)}"
     if isinstance(value, str):
         return ""
-    parts = []
+    parts = [real_text(field, value)] if field.get("real") else []
     if field.get("enum"):
         names = [name for name, known in field["enum"].items() if known == value]
         parts.append(names[0] if names else "no name in the registry")
@@ -134,7 +147,7 @@ def _meaning(field: Json, value: int | str | list[int], units: StageValues | Non
         parts.append("reserved, not zero")
     minimum, maximum = field.get("minimum"), field.get("maximum")
     if minimum is not None and maximum is not None and not minimum <= value <= maximum:
-        parts.append(f"out of range {minimum} to {maximum}")
+        parts.append(f"out of range {range_text(field)}")
     if not parts and value >= _HEX_FROM:
         parts.append(f"{value:#x}")
     return "; ".join(part for part in parts if part)

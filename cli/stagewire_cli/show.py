@@ -18,6 +18,7 @@ from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.framings import framing_of
 from stagewire_cli.output import console, table
 from stagewire_cli.protocols import one_or_all
+from stagewire_cli.real_numbers import range_text, real_text
 from stagewire_cli.registry_search import (
     KINDS,
     Entry,
@@ -237,25 +238,33 @@ def _layout(out: Console, layout: Json) -> None:
         return
     shown = table("offset", "field", "format", "range", "unit", "values, notes", right=("offset",))
     for place, field in rows:
-        ranged = field.get("minimum") is not None
+        ranged = field.get("minimum") is not None and not _any_pattern(field)
         shown.add_row(
             place,
             str(field["name"]),
             str(field["format"]),
-            f"{field['minimum']} to {field['maximum']}" if ranged else "",
+            range_text(field) if ranged else "",
             str(field.get("unit") or ""),
             "; ".join(_notes(field)),
         )
     out.print(shown)
 
 
+def _any_pattern(field: Json) -> bool:
+    """Return whether a field is a real number that may have every bit pattern."""
+    return bool(field.get("real")) and field["maximum"] >> 8 * field["size"] - 1 != 0
+
+
 def _notes(field: Json) -> Iterator[str]:
     if field.get("role") not in (None, "value"):
         yield str(field["role"])
+    if field.get("real"):
+        yield "real number"
     if field.get("constant") is not None:
         yield f"always {field['constant']}"
     if field.get("default") is not None:
-        yield f"default {field['default']}"
+        shown = real_text(field, field["default"]) if field.get("real") else field["default"]
+        yield f"default {shown}"
     if field.get("enumeration"):
         yield f"enumeration {field['enumeration']}"
     if field.get("flag_table"):

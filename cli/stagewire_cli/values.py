@@ -13,6 +13,7 @@ from functools import reduce
 from typing import Any
 
 from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.real_numbers import parse_real
 
 _SEPARATOR = re.compile(r"[\s,;:|_\-\[\](){}'\"]+|(?=\\x)")
 _DIGITS = re.compile(r"[0-9A-Fa-f]+\Z")
@@ -124,8 +125,13 @@ def _integers(name: str, text: str) -> list[int]:
 
 
 def parse_value(name: str, text: str, field: Json) -> int | str | list[int]:
-    """Return the value of a field: an integer, text, a byte string in hex, or the integers of an array."""
+    """Return the value of a field: an integer, text, a byte string in hex, or the integers of an array.
+
+    A real number is returned as its bit pattern.
+    """
     kind = field.get("kind")
+    if field.get("real"):
+        return parse_real(name, text, field)
     if kind == "array":
         return _integers(name, text)
     if kind == "text":

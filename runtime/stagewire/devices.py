@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         parameter_sets,
         status_set,
     )
+    from stagewire._devices.reals import number_of, pattern_of
     from stagewire._devices.scales import Scales, ToldValue
     from stagewire._devices.stage_files import read_stages
     from stagewire._devices.synchronous.devices import Device
@@ -61,7 +62,9 @@ __all__ = [
     "candidates",
     "clean_model",
     "link_options",
+    "number_of",
     "parameter_sets",
+    "pattern_of",
     "read_stages",
     "status_set",
 ]
@@ -83,6 +86,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
                 "COUNTS Parameter ParameterKind SetOfParameters parameter_sets status_set"
             ),
             "_devices.tables": "MotionEnd",
+            "_devices.reals": "number_of pattern_of",
             "_devices.unit": "Facts Unit",
             "_devices.values": "Bits BitsByUnit InUnits Raw Real Values",
             "_devices.scales": "Scales ToldValue",

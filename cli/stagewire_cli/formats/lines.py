@@ -36,7 +36,7 @@ class JsonLinesWriter(TextWriter):
     def __init__(self, task: Task, out: TextIO) -> None:
         super().__init__(task, out)
         self._count = 0
-        self._fields = FieldsText(AS_JSON)
+        self._fields = FieldsText(AS_JSON, task)
 
     def frame(self, offset: int, raw: bytes, name: str = "") -> bool:
         """Write one frame that must be valid, numbered as in the input."""
@@ -77,7 +77,7 @@ class JsonLinesWriter(TextWriter):
 
     def _answer(self, decoded: Decoded) -> dict[str, object]:
         """Return a decoded message, with its values in the units of the stage."""
-        answer = frame_answer(decoded)
+        answer = self.task.answer(decoded)
         units = self.task.in_units(answer)
         return answer | ({ENGINEERING: units} if units else {})
 
@@ -101,7 +101,7 @@ class TableWriter(TextWriter):
     def __init__(self, task: Task, out: TextIO) -> None:
         super().__init__(task, out)
         self._console = console(file=out)
-        self._fields = FieldsText(AS_WORDS)
+        self._fields = FieldsText(AS_WORDS, task)
 
     def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
         """Write the table of a frame."""

@@ -72,7 +72,7 @@ class GeneralWriter(_RowWriter, EventWriter):
         super().__init__(task, sink)
         self._rows: list[tuple[Any, ...]] = []
         self._held = 0
-        self._fields = FieldsText(AS_JSON)
+        self._fields = FieldsText(AS_JSON, task)
         # message, form, addresses, fields, extra, data
         self._no_units = (None,) if task.stage_values else ()
         self._nothing = (None,) * (len(task.addresses) + 5)
@@ -105,7 +105,7 @@ class GeneralWriter(_RowWriter, EventWriter):
             form, shown = decoded.message.layout.form, f"{{{fields}}}"
             extra, data = decoded.extra.hex() or None, None
         else:
-            answer = frame_answer(decoded)
+            answer = self.task.answer(decoded)
             form, shown = answer["form"], compact(answer["fields"])
             extra, data = answer.get("extra"), answer.get("data")
         name = message_of(decoded).layout.message

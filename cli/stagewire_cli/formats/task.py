@@ -24,8 +24,9 @@ from stagewire.protocols import (
     load_protocol,
 )
 from stagewire_cli.formats.sinks import Column
+from stagewire_cli.real_numbers import real_of, with_numbers
 from stagewire_cli.stage_values import StageValues, in_unit
-from stagewire_conformance.answers import Decoded, message_of
+from stagewire_conformance.answers import Decoded, frame_answer, message_of
 from stagewire_conformance.framings import codec_of
 from stagewire_conformance.framings.base import Codec, Reader
 from stagewire_conformance.registry import Json, registry_of
@@ -73,7 +74,11 @@ class FrameRows(TypedRows):
         only = task.only
         assert only is not None
         self._task = task
-        fields = [Column(field.name, _type_of_column(field)) for field in shape_of(only).fields]
+        self._reals = task.reals(only)
+        fields = [
+            Column(field.name, "float64" if field.name in self._reals else _type_of_column(field))
+            for field in shape_of(only).fields
+        ]
         self.columns = _columns(task, fields)
         self._sorter = Sorter(protocol, task.request.get("context"), only=[only])
         self._frames = self._sorter.frames.setdefault(only, Frames(only))
@@ -100,7 +105,8 @@ class FrameRows(TypedRows):
             extra[number] = following
         stamps = zip(*self._stamps, strict=True)
         columns = frames.columns()
-        return [frames.offsets, *stamps, *columns.values(), extra, *_in_units(self._task, columns)]
+        shown = _with_numbers(self._reals, columns)
+        return [frames.offsets, *stamps, *shown, extra, *_in_units(self._task, columns)]
 
     def clear(self) -> None:
         """Remove the frames."""
@@ -133,7 +139,9 @@ class MessageRows(TypedRows):
 
     def append(self, offset: int, raw: bytes, decoded: Decoded) -> None:
         """Add a message."""
-        fields = message_of(decoded).values().values()
+        fields = (
+            message_of(decoded).values().values()
+        )  # only frames with a header have real numbers
         extra = getattr(decoded, "extra", None) or None  # replies have no extra bytes
         task = self._task
         self._rows.append((offset, *task.stamp, *task.addressed(decoded), *fields, extra))
@@ -159,6 +167,15 @@ def _columns(task: Task, fields: Iterable[Column]) -> list[Column]:
     )
     units = (Column(name, "float64") for _, name, _ in task.columns_in_units())
     return [*before, *named, last, *units]
+
+
+def _with_numbers(
+    reals: Mapping[str, Json], columns: Mapping[str, Sequence[Any]]
+) -> Iterator[Sequence[Any]]:
+    """Yield the columns, with numbers in place of the bit patterns of real numbers."""
+    for name, values in columns.items():
+        known = reals.get(name)
+        yield values if known is None else [real_of(known, int(value)) for value in values]
 
 
 def _in_units(task: Task, columns: Mapping[str, Sequence[Any]]) -> list[Sequence[Any]]:
@@ -262,6 +279,18 @@ class Task(abc.ABC):
             return {}
         fields = registry_of(self.protocol).fields(answer["message"], answer["form"])
         return self.stage_values.values(fields, answer["fields"])
+
+    def reals(self, cls: type[Message]) -> dict[str, Json]:
+        """Return the fields of a message that are real numbers, by name."""
+        layout = cls.layout
+        fields = registry_of(self.protocol).fields(layout.message, layout.form)
+        return {name: field for name, field in fields.items() if field.get("real")}
+
+    def answer(self, decoded: Decoded) -> Json:
+        """Return a decoded message as an answer of the testee, with numbers in place of bit patterns."""
+        answer = frame_answer(decoded)
+        reals = self.reals(type(message_of(decoded)))
+        return with_numbers(reals, answer) if reals else answer
 
     def wants(self, decoded: Decoded) -> bool:
         """Return whether a message is selected."""

@@ -134,7 +134,7 @@ _Values = Callable[[Any], Any]
 
 
 class FieldsText:
-    """Fast text for the fields of messages whose fields are all integers and always shown.
+    """Fast text for the fields of messages whose fields are all integers, and always shown.
 
     Each such class gets one template, which produces the same text as ``frame_answer``. All other messages
     must use ``frame_answer``.
@@ -142,8 +142,9 @@ class FieldsText:
     :param style: the format of one field, and the separator of two.
     """
 
-    def __init__(self, style: tuple[str, str]) -> None:
+    def __init__(self, style: tuple[str, str], task: Task) -> None:
         self._item, self._joint = style
+        self._task = task
         self._known: dict[type[Message], tuple[str, _Values] | None] = {}
 
     def of(self, message: Message) -> str | None:
@@ -166,6 +167,8 @@ class FieldsText:
             return None
         fields = shape_of(cls).fields
         if any(field.kind not in (Kind.UNSIGNED, Kind.SIGNED) for field in fields):
+            return None
+        if self._task.reals(cls):
             return None
         names = [field.name for field in fields]
         template = self._joint.join(self._item % name for name in names)

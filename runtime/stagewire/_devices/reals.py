@@ -26,7 +26,7 @@ def number_of(pattern: int, size: int) -> float:
     real, integer = _CODES[size]
     number: float = struct.unpack(real, struct.pack(integer, pattern))[0]
     if size == 4 and number - number == 0:  # finite
-        for digits in range(1, 9):
+        for digits in range(1, 10):
             shorter = float(f"{number:.{digits}g}")
             if abs(shorter) < _LARGEST and pattern_of(shorter, size) == pattern:
                 return shorter
