@@ -558,6 +558,46 @@
 /** @} */
 
 /**
+ * @name Bits of kpc_status_bits (Programs of the vendor, section Piezo controllers)
+ *
+ * Status of a KPC101, by the vendor's C header. Evidence: vendor program.
+ * @{
+ */
+/** Bit 0: a piezo actuator is connected. */
+#define APT_KPC_STATUS_BITS_ACTUATOR_CONNECTED UINT32_C(0x00000001)
+/** Bit 4: the channel has been zeroed. */
+#define APT_KPC_STATUS_BITS_ZEROED UINT32_C(0x00000010)
+/** Bit 5: the channel is being zeroed. */
+#define APT_KPC_STATUS_BITS_ZEROING UINT32_C(0x00000020)
+/** Bit 8: strain gauge feedback is connected. */
+#define APT_KPC_STATUS_BITS_STRAIN_GAUGE_CONNECTED UINT32_C(0x00000100)
+/** Bit 10: position control mode; 1 is closed loop. */
+#define APT_KPC_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000400)
+/** Bit 20: digital input 1 is high, if the unit has it. */
+#define APT_KPC_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 21: digital input 2 is high, if the unit has it. */
+#define APT_KPC_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
+/** Bit 22: digital input 3 is high, if the unit has it. */
+#define APT_KPC_STATUS_BITS_DIGITAL_INPUT_3 UINT32_C(0x00400000)
+/** Bit 23: digital input 4 is high, if the unit has it. */
+#define APT_KPC_STATUS_BITS_DIGITAL_INPUT_4 UINT32_C(0x00800000)
+/** Bit 24: digital input 5 is high, if the unit has it. */
+#define APT_KPC_STATUS_BITS_DIGITAL_INPUT_5 UINT32_C(0x01000000)
+/** Bit 25: digital input 6 is high, if the unit has it. */
+#define APT_KPC_STATUS_BITS_DIGITAL_INPUT_6 UINT32_C(0x02000000)
+/** Bit 26: digital input 7 is high, if the unit has it. */
+#define APT_KPC_STATUS_BITS_DIGITAL_INPUT_7 UINT32_C(0x04000000)
+/** Bit 27: digital input 8 is high, if the unit has it. */
+#define APT_KPC_STATUS_BITS_DIGITAL_INPUT_8 UINT32_C(0x08000000)
+/** Bit 29: the unit is active. */
+#define APT_KPC_STATUS_BITS_ACTIVE UINT32_C(0x20000000)
+/** Bit 30: an error. */
+#define APT_KPC_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** Bit 31: the channel is enabled. */
+#define APT_KPC_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** @} */
+
+/**
  * @name Bits of la_status_bits (Issue 37, page 319)
  *
  * Status of a TLS001.
@@ -776,6 +816,44 @@
 /** @} */
 
 /**
+ * @name Bits of ppc_status_bits (Programs of the vendor, section Piezo controllers)
+ *
+ * Status of a channel of a PPC001 or PPC102, by the vendor's C header. Evidence: vendor program.
+ * @{
+ */
+/** Bit 0: a piezo actuator is connected. */
+#define APT_PPC_STATUS_BITS_ACTUATOR_CONNECTED UINT32_C(0x00000001)
+/** Bit 4: the channel has been zeroed. */
+#define APT_PPC_STATUS_BITS_ZEROED UINT32_C(0x00000010)
+/** Bit 5: the channel is being zeroed. */
+#define APT_PPC_STATUS_BITS_ZEROING UINT32_C(0x00000020)
+/** Bit 8: strain gauge feedback is connected. */
+#define APT_PPC_STATUS_BITS_STRAIN_GAUGE_CONNECTED UINT32_C(0x00000100)
+/** Bit 10: position control mode; 1 is closed loop. */
+#define APT_PPC_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000400)
+/** Bit 11: the temperature of the high-voltage amplifier is above its safe limit. */
+#define APT_PPC_STATUS_BITS_AMPLIFIER_TOO_HOT UINT32_C(0x00000800)
+/** Bit 12: the reading of the position is below its normal range. */
+#define APT_PPC_STATUS_BITS_POSITION_BELOW_RANGE UINT32_C(0x00001000)
+/** Bit 13: the reading of the position is above its normal range. */
+#define APT_PPC_STATUS_BITS_POSITION_ABOVE_RANGE UINT32_C(0x00002000)
+/** Bit 20: digital input 1 is high, if the unit has it. */
+#define APT_PPC_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 21: digital input 2 is high, if the unit has it. */
+#define APT_PPC_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
+/** Bit 22: digital input 3 is high, if the unit has it. */
+#define APT_PPC_STATUS_BITS_DIGITAL_INPUT_3 UINT32_C(0x00400000)
+/** Bit 23: digital input 4 is high, if the unit has it. */
+#define APT_PPC_STATUS_BITS_DIGITAL_INPUT_4 UINT32_C(0x00800000)
+/** Bit 29: the unit is active. */
+#define APT_PPC_STATUS_BITS_ACTIVE UINT32_C(0x20000000)
+/** Bit 30: an error; in a rack, as the LED of the module. */
+#define APT_PPC_STATUS_BITS_ERROR UINT32_C(0x40000000)
+/** Bit 31: the channel is enabled. */
+#define APT_PPC_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
+/** @} */
+
+/**
  * @name Bits of quad_digital_outputs (Issue 37, page 350)
  *
  * Digital outputs of a KPA101.
@@ -877,6 +955,45 @@
 #define APT_STEPPER_STATUS_BITS_HOMED UINT32_C(0x00000400)
 /** Bit 12: interlock state; 1 is enabled. */
 #define APT_STEPPER_STATUS_BITS_INTERLOCK_ENABLED UINT32_C(0x00001000)
+/** @} */
+
+/**
+ * @name Bits of strain_gauge_status_bits (Programs of the vendor, section Piezo controllers)
+ *
+ * Status of a KSG101, by the vendor's C header. The table is that of the BPC series without the
+ * maximum voltages. Evidence: vendor program.
+ * @{
+ */
+/** Bit 0: a piezo actuator is connected. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_ACTUATOR_CONNECTED UINT32_C(0x00000001)
+/** Bit 4: the channel has been zeroed. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_ZEROED UINT32_C(0x00000010)
+/** Bit 5: the channel is being zeroed. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_ZEROING UINT32_C(0x00000020)
+/** Bit 8: strain gauge feedback is connected. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_STRAIN_GAUGE_CONNECTED UINT32_C(0x00000100)
+/** Bit 10: position control mode; 1 is closed loop. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000400)
+/** Bit 20: digital input 1 is high, if the unit has it. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
+/** Bit 21: digital input 2 is high, if the unit has it. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
+/** Bit 22: digital input 3 is high, if the unit has it. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_DIGITAL_INPUT_3 UINT32_C(0x00400000)
+/** Bit 23: digital input 4 is high, if the unit has it. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_DIGITAL_INPUT_4 UINT32_C(0x00800000)
+/** Bit 24: digital input 5 is high, if the unit has it. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_DIGITAL_INPUT_5 UINT32_C(0x01000000)
+/** Bit 25: digital input 6 is high, if the unit has it. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_DIGITAL_INPUT_6 UINT32_C(0x02000000)
+/** Bit 26: digital input 7 is high, if the unit has it. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_DIGITAL_INPUT_7 UINT32_C(0x04000000)
+/** Bit 27: digital input 8 is high, if the unit has it. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_DIGITAL_INPUT_8 UINT32_C(0x08000000)
+/** Bit 29: the unit is active. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_ACTIVE UINT32_C(0x20000000)
+/** Bit 31: the channel is enabled. */
+#define APT_STRAIN_GAUGE_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
 /** @} */
 
 /**

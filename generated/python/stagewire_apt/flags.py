@@ -23,6 +23,7 @@ __all__ = [
     "KldDigitalOutputs",
     "Kls101StatusBits",
     "KlsStatusBits",
+    "KpcStatusBits",
     "LaStatusBits",
     "LedMode",
     "LutOutputMode",
@@ -30,12 +31,14 @@ __all__ = [
     "NanotrakStatusBits",
     "OutputMaxVoltsFlags",
     "Pdxc2StatusBits",
+    "PpcStatusBits",
     "QuadDigitalOutputs",
     "QuadStatusBits",
     "RackDigitalOutputs",
     "RackStatusBits",
     "SignalIoRoute",
     "StepperStatusBits",
+    "StrainGaugeStatusBits",
     "SynchronizedChannels",
     "Tbd001StatusBits",
     "TecStatusBits",
@@ -524,6 +527,35 @@ class KlsStatusBits(Flags):
     )
 
 
+class KpcStatusBits(Flags):
+    """Bits of ``kpc_status_bits`` (Programs of the vendor, section Piezo controllers).
+
+    Status of a KPC101, by the vendor's C header.
+
+    The list may be incomplete: The header has the other bits for future use.
+
+    Evidence: vendor program.
+    """
+
+    __slots__ = ()
+    actuator_connected = Bit(0x00000001, "a piezo actuator is connected")
+    zeroed = Bit(0x00000010, "the channel has been zeroed")
+    zeroing = Bit(0x00000020, "the channel is being zeroed")
+    strain_gauge_connected = Bit(0x00000100, "strain gauge feedback is connected")
+    closed_loop = Bit(0x00000400, "position control mode; 1 is closed loop")
+    digital_input_1 = Bit(0x00100000, "digital input 1 is high, if the unit has it")
+    digital_input_2 = Bit(0x00200000, "digital input 2 is high, if the unit has it")
+    digital_input_3 = Bit(0x00400000, "digital input 3 is high, if the unit has it")
+    digital_input_4 = Bit(0x00800000, "digital input 4 is high, if the unit has it")
+    digital_input_5 = Bit(0x01000000, "digital input 5 is high, if the unit has it")
+    digital_input_6 = Bit(0x02000000, "digital input 6 is high, if the unit has it")
+    digital_input_7 = Bit(0x04000000, "digital input 7 is high, if the unit has it")
+    digital_input_8 = Bit(0x08000000, "digital input 8 is high, if the unit has it")
+    active = Bit(0x20000000, "the unit is active")
+    error = Bit(0x40000000, "an error")
+    channel_enabled = Bit(0x80000000, "the channel is enabled")
+
+
 class LaStatusBits(Flags):
     """Bits of ``la_status_bits`` (Issue 37, page 319).
 
@@ -714,6 +746,37 @@ class Pdxc2StatusBits(Flags):
     channel_enabled = Bit(0x80000000, "the channel is enabled")
 
 
+class PpcStatusBits(Flags):
+    """Bits of ``ppc_status_bits`` (Programs of the vendor, section Piezo controllers).
+
+    Status of a channel of a PPC001 or PPC102, by the vendor's C header.
+
+    The list may be incomplete: The header has the other bits for future use.
+
+    Evidence: vendor program.
+    """
+
+    __slots__ = ()
+    actuator_connected = Bit(0x00000001, "a piezo actuator is connected")
+    zeroed = Bit(0x00000010, "the channel has been zeroed")
+    zeroing = Bit(0x00000020, "the channel is being zeroed")
+    strain_gauge_connected = Bit(0x00000100, "strain gauge feedback is connected")
+    closed_loop = Bit(0x00000400, "position control mode; 1 is closed loop")
+    amplifier_too_hot = Bit(
+        0x00000800,
+        "the temperature of the high-voltage amplifier is above its safe limit",
+    )
+    position_below_range = Bit(0x00001000, "the reading of the position is below its normal range")
+    position_above_range = Bit(0x00002000, "the reading of the position is above its normal range")
+    digital_input_1 = Bit(0x00100000, "digital input 1 is high, if the unit has it")
+    digital_input_2 = Bit(0x00200000, "digital input 2 is high, if the unit has it")
+    digital_input_3 = Bit(0x00400000, "digital input 3 is high, if the unit has it")
+    digital_input_4 = Bit(0x00800000, "digital input 4 is high, if the unit has it")
+    active = Bit(0x20000000, "the unit is active")
+    error = Bit(0x40000000, "an error; in a rack, as the LED of the module")
+    channel_enabled = Bit(0x80000000, "the channel is enabled")
+
+
 class QuadDigitalOutputs(Flags):
     """Bits of ``quad_digital_outputs`` (Issue 37, page 350).
 
@@ -808,6 +871,35 @@ class StepperStatusBits(Flags):
     homing = Bit(0x00000200, "homing")
     homed = Bit(0x00000400, "homing has been completed")
     interlock_enabled = Bit(0x00001000, "interlock state; 1 is enabled")
+
+
+class StrainGaugeStatusBits(Flags):
+    """Bits of ``strain_gauge_status_bits`` (Programs of the vendor, section Piezo controllers).
+
+    Status of a KSG101, by the vendor's C header. The table is that of the BPC series without the
+    maximum voltages.
+
+    The list may be incomplete: The header has the other bits for future use.
+
+    Evidence: vendor program.
+    """
+
+    __slots__ = ()
+    actuator_connected = Bit(0x00000001, "a piezo actuator is connected")
+    zeroed = Bit(0x00000010, "the channel has been zeroed")
+    zeroing = Bit(0x00000020, "the channel is being zeroed")
+    strain_gauge_connected = Bit(0x00000100, "strain gauge feedback is connected")
+    closed_loop = Bit(0x00000400, "position control mode; 1 is closed loop")
+    digital_input_1 = Bit(0x00100000, "digital input 1 is high, if the unit has it")
+    digital_input_2 = Bit(0x00200000, "digital input 2 is high, if the unit has it")
+    digital_input_3 = Bit(0x00400000, "digital input 3 is high, if the unit has it")
+    digital_input_4 = Bit(0x00800000, "digital input 4 is high, if the unit has it")
+    digital_input_5 = Bit(0x01000000, "digital input 5 is high, if the unit has it")
+    digital_input_6 = Bit(0x02000000, "digital input 6 is high, if the unit has it")
+    digital_input_7 = Bit(0x04000000, "digital input 7 is high, if the unit has it")
+    digital_input_8 = Bit(0x08000000, "digital input 8 is high, if the unit has it")
+    active = Bit(0x20000000, "the unit is active")
+    channel_enabled = Bit(0x80000000, "the channel is enabled")
 
 
 class SynchronizedChannels(Flags):

@@ -318,7 +318,8 @@ def test_names_that_are_taken(
                 "nanotrak_state", "nanotrak_status_bits", "notch_filter_state",
                 "output_max_volts_flags", "pdxc2_status_bits", "ppc_feedback_source",
                 "quad_status_bits", "rack_status_bits", "stage_axis", "stepper_status_bits",
-                "synchronized_trigger", "tbd001_status_bits", "tec_status_bits", "tia_range_steps",
+                "synchronized_trigger", "tbd001_status_bits", "tec_status_bits", "kpc_status_bits",
+                "ppc_status_bits", "strain_gauge_status_bits", "tia_range_steps",
                 "tld001_status_bits", "tpz_status_bits", "trigger_output_mode", "trigger_port_mode",
             },
             {

@@ -63,6 +63,8 @@ class Channel:
         """Sends a message that a frame of the host caused; the controller adds addresses and mutes."""
         self.report_fault: Callable[[Frame, str], None] = ignore
         """Reports why a message was refused; the controller notifies the host if that option is set."""
+        self.panel_is_locked: Callable[[], bool] = lambda: False
+        """Returns whether the host has locked the controls on the top panel."""
 
     @property
     def stuck(self) -> bool:

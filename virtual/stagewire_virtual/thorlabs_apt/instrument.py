@@ -206,6 +206,7 @@ class AptInstrument(Instrument):
         if ZERO_MOTION_PARAMETERS in self._options.quirks:
             parameters = without_motion(parameters)
         channel.initialize(parameters)
+        channel.panel_is_locked = lambda: self._panel_lock.is_locked
         behaviour(channel)
         self._channels[name] = channel
         return channel

@@ -102,6 +102,11 @@ class PanelLock:
         """Unlock the controls."""
         self._state = _UNLOCKED
 
+    @property
+    def is_locked(self) -> bool:
+        """Whether the controls are locked."""
+        return self._state == _LOCKED
+
     def handlers(self, controller: Responder) -> Mapping[str, Handler]:
         """Return the handlers of its messages, which answer through ``controller``."""
 

@@ -19,16 +19,24 @@ from stagewire_virtual.thorlabs_apt.piezo.actuator import (
     finite,
     travel_and_share,
 )
+from stagewire_virtual.thorlabs_apt.piezo.ports import TriggerPorts
 
 SAMPLE_TIME: Final = SECOND // 500
 """Readings are sampled at 500 Hz (page 129)."""
 
 SMOOTHED_SAMPLES: Final = 16
-"""The number of samples in a smoothed reading, 32 ms; the document does not define it."""
+"""The number of samples in a smoothed reading, 32 ms; the document does not define it.
+
+A KSG101 has a setting for it, ``smoothing_samples`` (Issue 37, page 246).
+"""
+
+_MOST_SAMPLES: Final = 1000
 
 _FULL_SCALE_VOLTS: Final = (
     10  # full scale of the displayed voltage; the document has no value (page 129)
 )
+
+_PORTS: Final = "KSG_KCUBETRIGIOCONFIG"
 
 Signal = float | Callable[[float], float]
 """A fraction of full scale, or a function that returns one for a time in seconds."""
@@ -62,10 +70,12 @@ class StrainGauge(Behaviour):
         self._noise_seed = channel.random.getrandbits(64)
         self._bits = StatusBits(channel.unit)
         # Each signal with its first sample, at most one per sample; the readings only need the last ones.
-        self._signals: deque[tuple[int, Signal]] = deque([(0, share)], SMOOTHED_SAMPLES)
+        self._signals: deque[tuple[int, Signal]] = deque([(0, share)], _MOST_SAMPLES)
         self._zero = 0
         self._zeroed = False
         self._zeroing: Timer | None = None
+        self.ports = TriggerPorts(channel, lambda way: None, self._share)
+        """The trigger ports of a K-Cube; its limits apply to the reading."""
 
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
@@ -76,6 +86,8 @@ class StrainGauge(Behaviour):
                 "hub_analogue_output": HubAnalogueOutput.HUB_ANALOGUEOUT_1,
                 "display_mode": DisplayMode.DISPUNITS_POSITION,
             },
+            "KSG_KCUBEMMIPARAMS": {"disp_intensity": 100},
+            "KSG_KCUBETRIGIOCONFIG": {"upper_lim": 100, "smoothing_samples": SMOOTHED_SAMPLES},
         }
 
     @property
@@ -119,6 +131,8 @@ class StrainGauge(Behaviour):
             "zeroing": self._zeroing is not None,
             "active": True,
             "channel_enabled": self.channel.enabled,
+            "digital_input_1": self.ports.is_high(1),
+            "digital_input_2": self.ports.is_high(2),
         }
         return {
             "op_voltage": voltage,
@@ -142,7 +156,8 @@ class StrainGauge(Behaviour):
     def reading(self) -> dict[str, int]:
         """Return the reading and the smoothed reading of the last sample (page 129)."""
         last = self._sample
-        samples = range(max(0, last - SMOOTHED_SAMPLES + 1), last + 1)
+        count = self.channel.parameter(_PORTS, "smoothing_samples", SMOOTHED_SAMPLES) or 1
+        samples = range(max(0, last - count + 1), last + 1)
         smoothed = round(sum(self._shown(sample) for sample in samples) / len(samples))
         return {"reading": self._shown(last), "smoothed": smoothed & 0xFFFF}
 
@@ -182,6 +197,10 @@ class StrainGauge(Behaviour):
     def _sample(self) -> int:
         """The number of the last sample since the clock was created."""
         return self.channel.clock.now // SAMPLE_TIME
+
+    def _share(self) -> float:
+        """Return the present reading as a fraction of full scale."""
+        return self._shown(self._sample) / FULL_SCALE
 
     def _shown(self, sample: int) -> int:
         """Return the reading of a sample in the display mode."""

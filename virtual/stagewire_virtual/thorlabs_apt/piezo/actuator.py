@@ -109,11 +109,48 @@ DEFAULTS: Final[Mapping[str, Mapping[str, int]]] = {
         "hub_analog_input": HubAnalogueInput.HUB_ANALOGUEIN_A,
     },
     "PZ_LUTVALUETYPE": {"lut_type": LutValueType.VOLTAGE},
+    "PZ_PPC_NOTCHPARAMS": {
+        "filter_no": 3,  # both, and neither is used
+        **{
+            f"filter{n}_{field}": value for n in (1, 2) for field, value in (("fc", 100), ("q", 10))
+        },
+        **{f"notch_filter{n}_on": 2 for n in (1, 2)},
+    },
+    "KPZ_KCUBEMMIPARAMS": {"js_volt_step": 1000, "dir_sense": 1, "disp_brightness": 100},
+    "KSG_KCUBETRIGIOCONFIG": {"upper_lim": 100},
+    "KPC_KCUBEMMIPARAMS": {
+        "js_volt_step": 1000,
+        "js_pos_step": 1000,
+        "dir_sense": 1,
+        "disp_brightness": 100,
+    },
+    "KPC_KCUBETRIGIOCONFIG": {"upper_lim": FULL_SCALE},
+    "KPC_IOSETTINGS": {"voltage_limit": 75, "voltage_range": 75, "analog_input": 3},
 }
 """The parameters of a new controller, from the examples of the document if it has one.
 
 Missing values are 0, or the valid value nearest to it.
 """
+
+
+_LOWEST: Final = -FULL_SCALE - 1
+_CT1P_VOLTS: Final = (-10, 140)
+"""The range of a CT1P (github RodionovSA/holoeml-experiment, 914c47f, through the vendor's library)."""
+
+
+def output_range(channel: Channel) -> tuple[float, float]:
+    """Return the lowest and the highest output voltage of a channel, in counts.
+
+    A KPC101 has a limit that does not change the scale; it applies to both signs.
+    """
+    counts = 10 * FULL_SCALE / maximum_volts(channel)  # for each volt
+    if channel.answers("KPC_SET_IOSETTINGS"):
+        limit = min(channel.parameter("KPC_IOSETTINGS", "voltage_limit") * counts, FULL_SCALE)
+        return -limit, limit
+    if channel.answers("PZ_SET_PIDCRITERIA"):
+        low, high = _CT1P_VOLTS
+        return low * counts, high * counts
+    return _LOWEST, FULL_SCALE
 
 
 def maximum_volts(channel: Channel) -> int:
@@ -127,5 +164,7 @@ def maximum_volts(channel: Channel) -> int:
         return _CUBE_LIMITS[channel.parameter("PZ_TPZ_IOSETTINGS", "voltage_limit")]
     if channel.answers("KPC_SET_IOSETTINGS"):  # 75 or 150, in steps of 1 V
         return 10 * channel.parameter("KPC_IOSETTINGS", "voltage_range")
+    if channel.answers("PZ_SET_PIDCRITERIA"):  # a CT1P, which has no setting for it
+        return max(LIMITS)
     asked = channel.parameter("PZ_OUTPUTMAXVOLTS", "voltage")
     return max((limit for limit in LIMITS if limit <= asked), default=min(LIMITS))

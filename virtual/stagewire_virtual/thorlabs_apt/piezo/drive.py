@@ -13,7 +13,8 @@ from stagewire_apt.enumerations import PositionControlMode
 from stagewire_apt.flags import InputVoltsSource
 from stagewire_virtual.clock import SECOND, Timer
 from stagewire_virtual.thorlabs_apt.channel import Channel
-from stagewire_virtual.thorlabs_apt.piezo.actuator import FULL_SCALE, READING_TIME
+from stagewire_virtual.thorlabs_apt.piezo.actuator import FULL_SCALE, READING_TIME, output_range
+from stagewire_virtual.thorlabs_apt.piezo.loop import Loop
 from stagewire_virtual.thorlabs_apt.piezo.waveform import MILLISECOND, WaveformGenerator
 
 
@@ -30,6 +31,8 @@ class Approach:
     :param began: the instant at which it starts, in nanoseconds.
     :param crossing: nanoseconds per count; 0 for no slew limit.
     :param settling: the time constant in nanoseconds; 0 for no loop, infinite for a loop that does nothing.
+    :param window: the distance from the target, in counts, within which ``near`` is the time constant.
+    :param near: the time constant within the window.
     """
 
     start: float
@@ -37,6 +40,8 @@ class Approach:
     began: int = 0
     crossing: float = 0.0
     settling: float = 0.0
+    window: float = 0.0
+    near: float = 0.0
 
     @property
     def ramp(self) -> int:
@@ -52,8 +57,18 @@ class Approach:
             return self.start + math.copysign(elapsed / self.crossing, way)
         if not self.settling:
             return self.target
-        left = math.exp(-(elapsed - straight * self.crossing) / self.settling)
-        return self.target - math.copysign(abs(way) - straight, way) * left
+        left = self._left(abs(way) - straight, elapsed - straight * self.crossing)
+        return self.target - math.copysign(left, way)
+
+    def _left(self, distance: float, elapsed: float) -> float:
+        """Return what remains of a distance some time after the loop became slower than the slew limit."""
+        if self.window and distance > self.window and not math.isinf(self.settling):
+            until = self.settling * math.log(distance / self.window)
+            if elapsed < until:
+                return distance * math.exp(-elapsed / self.settling)
+            distance, elapsed = self.window, elapsed - until
+        constant = self.near if self.window and distance <= self.window else self.settling
+        return distance * math.exp(-elapsed / constant)
 
     @property
     def _knee(self) -> float:
@@ -71,7 +86,6 @@ _SMOOTH_TIME = SECOND
 # From zero to full scale when a smooth mode opens or closes the loop; "over a longer period" (page 94).
 
 _SMOOTH_MODES = (PositionControlMode.OPEN_LOOP_SMOOTH, PositionControlMode.CLOSED_LOOP_SMOOTH)
-_LOWEST = -FULL_SCALE - 1
 
 
 class Drive:
@@ -88,6 +102,8 @@ class Drive:
         self._channel = channel
         self._offset = offset
         self._stuck_at: float | None = None
+        self.loop = Loop(channel)
+        """The constants of the loop, and its sensor."""
         self.zeroing = False
         """Whether the channel is being zeroed."""
         self._timer: Timer | None = None
@@ -103,14 +119,15 @@ class Drive:
         """Reset to the power-on state: zero volts, not zeroed, no waveform."""
         self._end_zeroing()
         self.generator.clear()
+        self.loop.reset()
         self.zeroed = False
         self._zero = 0.0  # the reading that counts as position 0
         self._approach = Approach(0.0, 0.0)
 
     @property
     def has_strain_gauge(self) -> bool:
-        """Whether the actuator has a strain gauge, which position and closed loop require."""
-        return self._offset is not None
+        """Whether the actuator has the sensor of the loop, which position and closed loop require."""
+        return self._offset is not None and self.loop.sensor_is_selected
 
     @property
     def closed_loop(self) -> bool:
@@ -128,7 +145,13 @@ class Drive:
     @property
     def position(self) -> float:
         """The present reading of the strain gauge, relative to its zero; 0 without one."""
-        return 0.0 if self._offset is None else self._reading - self._zero
+        return self.reading - self._zero if self.has_strain_gauge else 0.0
+
+    @property
+    def reading(self) -> float:
+        """The present reading of the sensor before zeroing."""
+        extension = self.output if self._stuck_at is None else self._stuck_at
+        return extension + (self._offset or 0.0)
 
     def follow(self, *, smooth: bool = False) -> None:
         """Start from the present output towards the set-point.
@@ -183,7 +206,7 @@ class Drive:
     def _take_zero(self) -> None:
         self._end_zeroing()
         self.zeroed = True
-        self._zero = self._reading
+        self._zero = self.reading
         self.follow()
 
     def _end_zeroing(self) -> None:
@@ -206,10 +229,12 @@ class Drive:
         gently = smooth and self._channel.parameter("PZ_POSCONTROLMODE", "mode") in _SMOOTH_MODES
         self._approach = Approach(
             start,
-            self._output_for(self._asked),
+            self._output_for(self.asked),
             self._channel.clock.now,
             self._crossing(closed, _SMOOTH_TIME if gently else _AMPLIFIER_TIME),
-            self._settling if closed else 0.0,
+            self.loop.settling if closed else 0.0,
+            self.loop.window if closed else 0.0,
+            self.loop.near_settling if closed else 0.0,
         )
 
     def _go_to_zero_volts(self, start: float) -> None:
@@ -222,32 +247,36 @@ class Drive:
         return max(least, MILLISECOND * self._slew_counts / slew if slew else 0) / FULL_SCALE
 
     @property
-    def _asked(self) -> int:
+    def asked(self) -> int:
         """The set-point of the present loop, a voltage or a position."""
+        return self._channel.parameter(*self._set_point)
+
+    @asked.setter
+    def asked(self, counts: int) -> None:
+        name, field = self._set_point
+        self._channel.parameters[name][field] = min(max(counts, 0), FULL_SCALE)
+        self.follow()
+
+    @property
+    def _set_point(self) -> tuple[str, str]:
+        """The set of the set-point of the present loop, and its field."""
         if self.closed_loop:
-            return self._channel.parameter("PZ_OUTPUTPOS", "position_sw")
-        return self._channel.parameter("PZ_OUTPUTVOLTS", "voltage")
-
-    @property
-    def _settling(self) -> float:
-        """The time constant of the loop in nanoseconds; infinite if both constants are 0 (page 100)."""
-        ask = self._channel.parameter
-        gain = ask("PZ_PICONSTS", "prop_const") + ask("PZ_PICONSTS", "int_const")
-        return SECOND / gain if gain else math.inf
-
-    @property
-    def _reading(self) -> float:
-        extension = self.output if self._stuck_at is None else self._stuck_at
-        return extension + (self._offset or 0.0)
+            return "PZ_OUTPUTPOS", "position_sw"
+        return "PZ_OUTPUTVOLTS", "voltage"
 
     def _output_for(self, asked: int) -> float:
         """Return the voltage for a set-point, which is a position in closed loop, including the inputs."""
-        source = InputVoltsSource(self._channel.parameter("PZ_INPUTVOLTSSRC", "volt_src"))
+        ask = self._channel.parameter
+        source = InputVoltsSource(
+            ask("PZ_INPUTVOLTSSRC", "volt_src", ask("PZ_PPC_IOSETTINGS", "control_src"))
+        )
         output = float(asked)
-        if source.external_signal:
+        if source.external_signal and ask("KPC_IOSETTINGS", "analog_input", 1):
             output += self.external_signal * FULL_SCALE
         if source.potentiometer:
             output += self.potentiometer * FULL_SCALE
+        low, high = output_range(self._channel)
         if self.closed_loop:
-            output += self._zero - (self._offset or 0.0)
-        return min(max(output, _LOWEST), FULL_SCALE)
+            # A loop whose sensor reads nothing drives the actuator to the end of its range.
+            output = output + self._zero - (self._offset or 0.0) if self.has_strain_gauge else high
+        return min(max(output, low), high)

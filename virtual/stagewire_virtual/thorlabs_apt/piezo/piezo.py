@@ -11,6 +11,7 @@ from stagewire import Frame, FramedMessage
 from stagewire_apt import messages as m
 from stagewire_apt.flags import LutOutputMode
 from stagewire_apt.quantities import MAXIMUM_VOLTS, TRAVEL
+from stagewire_virtual.errors import UnknownPartError
 from stagewire_virtual.thorlabs_apt.channel import (
     Behaviour,
     Channel,
@@ -30,7 +31,9 @@ from stagewire_virtual.thorlabs_apt.piezo.actuator import (
     travel_and_share,
 )
 from stagewire_virtual.thorlabs_apt.piezo.drive import CLOSED_LOOP_MODES, Drive
+from stagewire_virtual.thorlabs_apt.piezo.ports import TriggerPorts
 from stagewire_virtual.thorlabs_apt.piezo.waveform import WaveformGenerator
+from stagewire_virtual.thorlabs_apt.piezo.wheel import Wheel
 
 
 def refusal(message: FramedMessage, drive: Drive) -> str | None:
@@ -102,6 +105,9 @@ class Piezo(Behaviour):
         """Levels of the digital inputs, bit 0 for input 1; the status bits of BPC units report them."""
         self._drive = Drive(channel, share * FULL_SCALE if self.travel else None)
         self._bits = StatusBits(channel.unit)
+        self._wheel = Wheel(channel, lambda: self._drive.closed_loop)
+        self.ports = TriggerPorts(channel, self._step, lambda: self._drive.position / FULL_SCALE)
+        """The trigger ports of a K-Cube."""
 
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
@@ -159,6 +165,48 @@ class Piezo(Behaviour):
         """Present position, in µm from the zero of the strain gauge."""
         return self._drive.position / FULL_SCALE * float(TRAVEL.from_counts(self.travel))
 
+    @property
+    def sensor(self) -> int:
+        """The position sensor of the actuator of a precision piezo controller, as in ``feedback_src``.
+
+        1 is a strain gauge and 2 a capacitive sensor. If ``PZ_SET_PPC_IOSETTINGS`` selects the other one, the
+        actuator has no position.
+        """
+        return self._drive.loop.sensor
+
+    @sensor.setter
+    def sensor(self, sensor: int) -> None:
+        self._drive.loop.sensor = sensor
+        self._drive.follow()
+
+    @property
+    def monitor(self) -> float:
+        """Voltage of the monitor output of a precision piezo controller or a KPC101, in volts."""
+        ask = self.channel.parameter
+        signal = ask("PZ_PPC_IOSETTINGS", "monitor_op_sig")
+        signal = signal or {1: 1, 2: 3}.get(ask("KPC_KCUBETRIGIOCONFIG", "monitor_signal"), 0)
+        shares = {
+            0: ask("KPC_KCUBETRIGIOCONFIG", "monitor_output") / FULL_SCALE,
+            1: self.volts / 150,  # page 213: 150 V is 10 V
+            2: self._drive.reading / FULL_SCALE,
+            3: self._drive.position / FULL_SCALE,
+        }
+        return 10 * shares[signal]
+
+    def turn(self, clicks: int) -> None:
+        """Turn the wheel on the top panel, upwards for positive clicks, unless the panel is locked.
+
+        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a unit without a wheel.
+        """
+        if not self._wheel.exists:
+            raise UnknownPartError("wheel", [])
+        if not self.channel.panel_is_locked():
+            self._drive.asked = self._wheel.turned(clicks, self._drive.asked)
+
+    def _step(self, way: int) -> None:
+        """Change the set-point by the step of the wheel, as a trigger input does (page 237)."""
+        self._drive.asked += way * self._wheel.step
+
     # For the controller
 
     def power_on(self) -> None:
@@ -215,6 +263,10 @@ class Piezo(Behaviour):
             names[_HARDWARE_BITS[maximum_volts(self.channel)]] = True
         for number in range(8):
             names[f"digital_input_{number + 1}"] = bool(self.digital_inputs >> number & 1)
+        for port in (1, 2):
+            names[f"digital_input_{port}"] |= self.ports.is_high(port)
+        names["position_below_range"] = drive.has_strain_gauge and round(drive.reading) < 0
+        names["position_above_range"] = drive.has_strain_gauge and round(drive.reading) > FULL_SCALE
         return {"status_bits": self._bits.value(names)}
 
     @live("PZ_MAXTRAVEL")
@@ -234,10 +286,30 @@ class Piezo(Behaviour):
         maximum = maximum_volts(self.channel)
         return {"voltage": maximum, "flags": LIMITS[maximum]}
 
-    @stored("PZ_OUTPUTVOLTS", "PZ_OUTPUTPOS", "PZ_INPUTVOLTSSRC", "PZ_PICONSTS", "PZ_TPZ_SLEWRATES")
+    @stored(
+        "PZ_OUTPUTVOLTS", "PZ_OUTPUTPOS", "PZ_INPUTVOLTSSRC", "PZ_PICONSTS", "PZ_TPZ_SLEWRATES",
+        "PZ_PPC_IOSETTINGS", "KPC_IOSETTINGS",
+    )  # fmt: skip
     def set_point_was_set(self, frame: Frame) -> None:
         """Start towards the new set-point."""
         self._drive.follow()
+
+    @stored("PZ_PPC_PIDCONSTS")
+    def constants_were_set(self, frame: Frame) -> None:
+        """Use the new constants of the loop."""
+        self._drive.loop.constants_were_set()
+        self._drive.follow()
+
+    @stored("PZ_PIDCRITERIA")
+    def criteria_were_set(self, frame: Frame) -> None:
+        """Select a group of constants, and use the new distance from the target (page 411)."""
+        self._drive.loop.group_was_selected()
+        self._drive.follow()
+
+    @stored("PZ_PPC_NOTCHPARAMS")
+    def notches_were_set(self, frame: Frame) -> None:
+        """Change only the notch filters that the message addresses (page 210)."""
+        self._drive.loop.notches_were_set()
 
     @stored("PZ_POSCONTROLMODE")
     def mode_was_set(self, frame: Frame) -> None:
@@ -290,6 +362,7 @@ class Piezo(Behaviour):
         """Restore all parameters from the EEPROM (page 125)."""
         self.channel.restore()
         obey_enable_state(self.channel)
+        self._drive.loop.reset()
         self._drive.stop_waveform()
 
     def _doing(self) -> str:

@@ -99,7 +99,8 @@ class Waveform:
         return elapsed / self.interval % self.cycle - self.pre_cycle_rest
 
 
-_CUBES = "piezo_cube"  # has a smaller table and no triggers (pages 106 and 108)
+_CUBES = ("piezo_cube", "piezo_kcube", "piezo_strain_gauge_kcube")
+# Have a smaller table and no triggers (pages 106 and 108, which name the TPZ001).
 _LAST_INDEX_OF_CUBES = 512
 _LAST_INDEX = 7999
 
@@ -121,7 +122,7 @@ class WaveformGenerator:
         self._clock = clock
         self._ended = ended
         self._interval = sample_interval(unit)
-        self.has_triggers = unit.facts.get("family") != _CUBES
+        self.has_triggers = unit.facts.get("family") not in _CUBES
         """Whether the trigger bits of the mode apply (page 108)."""
         self.last_index = _LAST_INDEX if self.has_triggers else _LAST_INDEX_OF_CUBES
         """The highest index of the table (page 106)."""

@@ -136,7 +136,17 @@ class PzStatusBits(Values[m.PzGetPzStatusBits]):
 
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
-    status_bits = BitsByUnit("status_bits", f.BpcStatusBits, {"TPZ001": f.TpzStatusBits})
+    status_bits = BitsByUnit(
+        "status_bits",
+        f.BpcStatusBits,
+        {
+            "TPZ001": f.TpzStatusBits,
+            "KPC101": f.KpcStatusBits,
+            "PPC001": f.PpcStatusBits,
+            "PPC102": f.PpcStatusBits,
+            "CT1P": f.TpzStatusBits,
+        },
+    )
     """The meaning depends on the controller; tables are printed for the TPZ001 and the BPC series
     only; :class:`~.BpcStatusBits`; from 0 to 4294967295."""
 
@@ -163,7 +173,15 @@ class PzStatusUpdate(Values[m.PzGetPzStatusUpdate]):
     status_bits = BitsByUnit(
         "status_bits",
         f.BpcStatusBits,
-        {"TPZ001": f.TpzStatusBits, "KPZ101": f.TpzStatusBits},
+        {
+            "TPZ001": f.TpzStatusBits,
+            "KPZ101": f.TpzStatusBits,
+            "KSG101": f.StrainGaugeStatusBits,
+            "KPC101": f.KpcStatusBits,
+            "PPC001": f.PpcStatusBits,
+            "PPC102": f.PpcStatusBits,
+            "CT1P": f.TpzStatusBits,
+        },
     )
     """The meaning depends on the controller; tables are printed for the TPZ001 and the BPC series
     only; :class:`~.BpcStatusBits`; from 0 to 4294967295."""
