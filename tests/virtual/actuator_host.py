@@ -42,7 +42,8 @@ class ActuatorHost:
         self.said: list[tuple[int, FramedMessage]] = []
         self.instrument.on_refusal = self.refusals.append
         self.instrument.on_send = self._hear
-        self._context = {"status": find_unit(unit).facts["status"]}
+        facts = find_unit(unit).facts
+        self._context = {"status": facts["status"]} if "status" in facts else {}
 
     def tell(self, *messages: FramedMessage) -> list[FramedMessage]:
         """Send messages and return the answers at the same instant."""

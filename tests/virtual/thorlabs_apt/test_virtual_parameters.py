@@ -15,6 +15,9 @@ LIVING = {
     "PZ_SET_OUTPUTMAXVOLTS",
     "MOT_SET_PMDSTAGEAXISPARAMS",
     "PZ_SET_IOSETTINGS",
+    "LD_SET_MAXCURRENTDIGPOT",
+    "TEC_SET_TEMPSETPOINT",
+    "TEC_SET_IOSETTINGS",
 }
 """SETs with an action, with a live value or for all channels; other tests check these."""
 

@@ -215,7 +215,9 @@ class Controller:
 
     def _send_status_of(self, channel: Channel, cause: Frame) -> None:
         if self._status is not None:
-            status = {**self._no_status, **channel.behaviour.status(), CHANNEL: channel.ident}
+            status = {**self._no_status, **channel.behaviour.status()}
+            if CHANNEL in self._status.layout.fields:
+                status[CHANNEL] = channel.ident
             self.send(self._status(**status), cause)
 
     # Outside the line

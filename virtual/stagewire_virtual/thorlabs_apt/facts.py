@@ -29,6 +29,7 @@ class Value:
     :param maximum: the maximum of an integer; None for text.
     :param listed: the values of a complete table; None if others are possible.
     :param is_mask: whether its bits have names.
+    :param names: the numbers of its values on the unit by name; None if they have no names.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Value:
     maximum: int | None
     listed: frozenset[int] | None
     is_mask: bool = False
+    names: Mapping[str, int] | None = None
 
     def fault(self, value: Any) -> str:
         """Return why the document does not allow a value; empty if it does."""
@@ -96,7 +98,7 @@ class Message:
 @functools.lru_cache(maxsize=128)
 def facts_of(unit: Unit) -> Mapping[str, Message]:
     """Return the messages of a unit by name."""
-    return {name: _message(unit.message(name), unit.name) for name in sorted(unit.messages)}
+    return {name: _message(unit.message(name), unit) for name in sorted(unit.messages)}
 
 
 def class_of(unit: Unit, name: str) -> type[FramedMessage]:
@@ -110,7 +112,7 @@ def class_of(unit: Unit, name: str) -> type[FramedMessage]:
     return cls
 
 
-def _message(entry: Mapping[str, Any], unit: str) -> Message:
+def _message(entry: Mapping[str, Any], unit: Unit) -> Message:
     exchange = entry["exchange"]
     place = entry["set"] or {"name": "", "role": ""}
     layouts = sorted(entry["layouts"], key=lambda layout: layout["form"] != PLAIN)
@@ -145,14 +147,13 @@ def _fields(layout: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return [field for field in [*parameters, *layout["fields"]] if field["role"] == "value"]
 
 
-def _value(field: Mapping[str, Any], unit: str) -> Value:
+def _value(field: Mapping[str, Any], unit: Unit) -> Value:
     if field["kind"] != "integer":
         empty = "" if field["kind"] == "text" else bytes(field["size"])
         return Value(field["name"], empty, None, None, None)
-    table = field.get("enum")
-    complete = not field.get("open") and "modifiers" not in field
+    table, complete = _table(field, unit)
     ranges = field.get("ranges_by_unit", {})
-    limits = ranges.get(unit, ranges.get("others", field))
+    limits = ranges.get(unit.name, ranges.get("others", field))
     minimum, maximum = limits["minimum"], limits["maximum"]
     nearest = min(max(0, minimum), maximum)
     if table and nearest not in table.values():
@@ -164,4 +165,17 @@ def _value(field: Mapping[str, Any], unit: str) -> Value:
         maximum=maximum,
         listed=frozenset(table.values()) if table and complete else None,
         is_mask="flags" in field,
+        names=table or None,
     )
+
+
+def _table(field: Mapping[str, Any], unit: Unit) -> tuple[Mapping[str, int], bool]:
+    """Return the values of a field on a unit by name, and whether no others are possible."""
+    if own := field.get("enums_by_unit", {}).get(unit.name):
+        enumeration = unit.registry["enumerations"][own]
+        values = {name: entry["value"] for name, entry in enumeration["values"].items()}
+        return values, not enumeration.get("open")
+    by_unit = "enums_by_unit" in field  # then "open" means that units have other tables
+    closed = by_unit and not unit.registry["enumerations"][field["enumeration"]].get("open")
+    complete = (closed or not field.get("open")) and "modifiers" not in field
+    return field.get("enum") or {}, complete

@@ -29,6 +29,8 @@ from stagewire_virtual.thorlabs_apt import identity
 from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel
 from stagewire_virtual.thorlabs_apt.controller import Controller
 from stagewire_virtual.thorlabs_apt.flipper import Flipper
+from stagewire_virtual.thorlabs_apt.laser.driver import DiodeDriver
+from stagewire_virtual.thorlabs_apt.laser.source import LaserSource
 from stagewire_virtual.thorlabs_apt.motor.motor import Motor
 from stagewire_virtual.thorlabs_apt.parameters import new_parameters
 from stagewire_virtual.thorlabs_apt.piezo.piezo import Piezo
@@ -41,6 +43,7 @@ from stagewire_virtual.thorlabs_apt.quirks import (
 from stagewire_virtual.thorlabs_apt.rack import BAYS, RACK, Bays, PanelLock, UserIo, modular_rack
 from stagewire_virtual.thorlabs_apt.solenoid import Solenoid
 from stagewire_virtual.thorlabs_apt.strain_gauge import StrainGauge
+from stagewire_virtual.thorlabs_apt.tec.cooler import Cooler
 from stagewire_virtual.thorlabs_apt.transmitter import Panel
 
 _BY_MESSAGE: Final[tuple[tuple[str, type[Behaviour]], ...]] = (
@@ -49,6 +52,9 @@ _BY_MESSAGE: Final[tuple[tuple[str, type[Behaviour]], ...]] = (
     ("PZ_SET_OUTPUTVOLTS", Piezo),
     ("PZ_REQ_TSG_READING", StrainGauge),
     ("MOT_REQ_MFF_OPERPARAMS", Flipper),
+    ("LA_REQ_STATUSUPDATE", LaserSource),
+    ("LD_REQ_STATUSUPDATE", DiodeDriver),
+    ("TEC_REQ_STATUSUPDATE", Cooler),
 )
 
 
