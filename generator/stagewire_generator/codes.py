@@ -390,6 +390,13 @@ GROUPS: tuple[Group, ...] = (
                 "the effect `stop`.",
                 "correct the effect, or `halted_by`",
             ),
+            "SW072": Code(
+                "a hazard of a message that cannot have one",
+                "A message that only reads or stops declares a `hazard`, as does a message that the "
+                "controller sends, or a parameter set without a SET. Or `hazards` of a family names a "
+                "message that is not one of its messages, or that has a hazard of its own.",
+                "remove the hazard, or correct the effect or the name",
+            ),
         },
     ),
     Group(

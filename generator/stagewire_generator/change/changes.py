@@ -171,7 +171,7 @@ _SOURCE = {
     "motion-target": "the target of a motion is determined in another way",
     "motion-need": "another state of the controller is required for a motion",
     "fault-report": "another message is a fault report, or its contents are read differently",
-    "effect": "programs that ask for confirmation before a motion ask for other messages",
+    "effect": "programs that ask for confirmation before a motion or another hazard ask for other messages",
     "bit-renamed": "the bit has another name; its number is the same",
     "quantity-added": "a new quantity",
     "quantity-removed": "the quantity was removed; its fields are reported separately",

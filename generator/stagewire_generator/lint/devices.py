@@ -27,7 +27,20 @@ def check_effects(protocol: Protocol, diagnostics: Diagnostics) -> None:
             diagnostics.add(message.place, "SW070", what, "remove the effect")
         elif message.direction != "to_host" and not message.effect:
             diagnostics.add(message.place, "SW070", f"the effect of {message.name} is missing")
+        _hazard(message, diagnostics)
         _halt_effects(message, messages, diagnostics)
+
+
+HARMLESS = ("", "none", "stream", "stop", "connection")
+"""Effects of messages that have no hazard."""
+
+
+def _hazard(message: Message, diagnostics: Diagnostics) -> None:
+    """Check that a message with a hazard can change an output."""
+    if message.hazard and message.effect in HARMLESS:
+        why = f"its effect is {message.effect}" if message.effect else "only the controller sends it"
+        what = f"{message.name} has the hazard {message.hazard}, but {why}"
+        diagnostics.add(message.place, "SW072", what)
 
 
 def _halt_effects(message: Message, messages: dict[str, Message], diagnostics: Diagnostics) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Iterator, Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.lint.devices import HARMLESS
 from stagewire_generator.lint.positions import unknown_positions
 from stagewire_generator.model import (
     Json,
@@ -29,6 +30,7 @@ def check_units(protocol: Protocol, document: Document, diagnostics: Diagnostics
     rules.statuses()
     rules.contexts()
     rules.positions()
+    rules.hazards()
     if "addresses" in protocol.units and "devices" in protocol.framing:
         rules.addresses()
     rules.prefixes()
@@ -193,6 +195,22 @@ class _Rules:
             if required and required not in sets:
                 what = f"{required} is not the SET of a parameter set"
                 self.refuse("SW021", ("units", name, "reports_ends_after"), what)
+
+    def hazards(self) -> None:
+        """Check that the hazards of a family add to those of the messages of its units."""
+        for key, entry in self.families.items():
+            units = [unit for unit in self.units.values() if unit["family"] == key]
+            messages = {name for unit in units for name in self.protocol.messages_of(unit)}
+            for name, hazard in entry.get("hazards", {}).items():
+                path = ("families", key, "hazards", name)
+                if name not in messages:
+                    self.refuse("SW072", path, "not a message of its units")
+                elif self.of_name[name].hazard:
+                    what = f"{name} has the hazard {self.of_name[name].hazard} on all units"
+                    self.refuse("SW072", path, what)
+                elif self.of_name[name].effect in HARMLESS:
+                    what = f"{name} cannot have the hazard {hazard}: its effect is {self.of_name[name].effect}"
+                    self.refuse("SW072", path, what)
 
     def positions(self) -> None:
         """Check the messages, fields, values and bits of units that have only a few positions."""

@@ -129,6 +129,7 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
         pages=tuple(sorted({entry["page"], *entry.get("more_pages", ())})),
         direction=entry["direction"],
         effect=entry.get("effect", ""),
+        hazard=entry.get("hazard", ""),
         summary=entry["summary"],
         note=entry.get("note", ""),
         set=None,
@@ -171,6 +172,7 @@ def _twin(message: Message, id: int) -> Message:
 
 
 _ROLES = ("set", "req", "get")
+_CODES = {"effect": "SW070", "hazard": "SW072"}  # of a set without a SET
 _EFFECTS = {"set": "settings", "req": "none", "get": ""}  # defaults for a parameter set
 
 
@@ -186,9 +188,10 @@ def define_parameter_sets(tables: Tables, document: Document) -> None:
         members = {role: _member(group, role, rest) for role in _ROLES if role in entry["ids"]}
         found = ParameterSet(name, words, members, place)
         tables.sets[name] = found
-        if "effect" in entry and "set" not in members:
-            what = f"{name} declares an effect, but has no SET that it could apply to"
-            tables.diagnostics.add(place, "SW070", what, "remove the effect")
+        for key, article in (("effect", "an"), ("hazard", "a")):
+            if key in entry and "set" not in members:
+                what = f"{name} declares {article} {key}, but has no SET that it could apply to"
+                tables.diagnostics.add(place, _CODES[key], what, f"remove the {key}")
         for role in members:
             _define_member(tables, document, entry, found, group, role)
 
@@ -237,6 +240,7 @@ def _define_member(
         pages=tuple(sorted({page, entry.get("pages", {}).get(role, page)})),
         direction="to_host" if role == "get" else "to_controller",
         effect=entry.get("effect", _EFFECTS["set"]) if role == "set" else _EFFECTS[role],
+        hazard=entry.get("hazard", "") if role == "set" else "",
         summary=entry["summary"],
         title=entry.get("title", ""),
         note=entry.get("note", "") if role == "set" or "set" not in owner.members else "",

@@ -315,6 +315,7 @@ def _message(message: Message, applied: Collection[str]) -> Json:
     }
     optional = {
         "title": message.title,
+        "hazard": message.hazard,
         "addressee": message.addressee,
         "tells": message.tells,
         "call": message.call,
