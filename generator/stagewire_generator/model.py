@@ -95,7 +95,7 @@ class Message:
     switches_to: str | None = None  # for a setup command: low_level | high_level | power_on
     firmware: tuple[Firmware, ...] = ()
     group: str = ""  # its first word, if that names a group of messages
-    hazard: str = ""  # laser | heater | shutter | piezo | zero | inertial; what it can do besides moving
+    hazard: str = ""  # laser | heater | shutter | piezo | zero | inertial; empty if it has none
     addressee: str = ""  # motherboard | unit | every; empty for the controller in a bay
     tells: str = ""  # the information that it reports: identity | bays | counter
     call: Json = field(default_factory=dict)  # method name, and defaults of its arguments

@@ -38,8 +38,8 @@ HARMLESS = ("", "none", "stream", "stop", "connection")
 def _hazard(message: Message, diagnostics: Diagnostics) -> None:
     """Check that a message with a hazard can change an output."""
     if message.hazard and message.effect in HARMLESS:
-        why = f"its effect is {message.effect}" if message.effect else "only the controller sends it"
-        what = f"{message.name} has the hazard {message.hazard}, but {why}"
+        why = f"has the effect {message.effect}" if message.effect else "is sent to the host only"
+        what = f"{message.name} {why}, which excludes the hazard {message.hazard}"
         diagnostics.add(message.place, "SW072", what)
 
 

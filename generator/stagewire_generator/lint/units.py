@@ -209,7 +209,8 @@ class _Rules:
                     what = f"{name} has the hazard {self.of_name[name].hazard} on all units"
                     self.refuse("SW072", path, what)
                 elif self.of_name[name].effect in HARMLESS:
-                    what = f"{name} cannot have the hazard {hazard}: its effect is {self.of_name[name].effect}"
+                    effect = self.of_name[name].effect
+                    what = f"{name} has the effect {effect}, which excludes the hazard {hazard}"
                     self.refuse("SW072", path, what)
 
     def positions(self) -> None:
