@@ -5,8 +5,8 @@ They depend only on the fields. The framings put a content into a frame.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Final, NamedTuple
 
 from stagewire_generator.model import Json
 from stagewire_generator.model_fields import Field
@@ -277,9 +277,32 @@ def _integers(field: Field) -> Iterator[tuple[str, Value]]:
         yield ".below", field.minimum - 1
     if field.maximum < format.maximum:
         yield ".above", field.maximum + 1
+    if format.real:
+        yield from _REALS[format.size].items()
     every_bit = _number(field, (1 << 8 * format.size) - 1)
     if _is_narrow(field) and every_bit != field.maximum:
         yield ".every_bit", every_bit
+
+
+_REALS: Final[Mapping[int, Mapping[str, int]]] = {
+    4: {
+        ".real": 0x3F800000,
+        ".negative_zero": 0x80000000,
+        ".infinite": 0x7F800000,
+        ".not_a_number": 0x7FC00000,
+        ".signalling": 0x7F800001,
+        ".denormal": 0x00000001,
+    },
+    8: {
+        ".real": 0x3FF0000000000000,
+        ".negative_zero": 0x8000000000000000,
+        ".infinite": 0x7FF0000000000000,
+        ".not_a_number": 0x7FF8000000000000,
+        ".signalling": 0x7FF0000000000001,
+        ".denormal": 0x0000000000000001,
+    },
+}
+"""Bit patterns of real numbers that a conversion to a number and back may change, and that of 1, by size."""
 
 
 def _flags(field: Field) -> Iterator[tuple[str, Value]]:
