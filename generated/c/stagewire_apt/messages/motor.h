@@ -4144,6 +4144,8 @@ static inline apt_status apt_mot_get_powerparams_decode(
  * MOT_GET_STATUSBITS.
  *
  * Also described in Issue 37, page 131.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_statusbits {
     /** See enum apt_channel; from 0 to 255. */
@@ -4238,6 +4240,8 @@ static inline apt_status apt_mot_req_statusbits_decode(
  * Also described in Issue 37, page 131.
  *
  * Erratum apt37-list-get-statusbits: printed nothing; encoded MOT_GET_STATUSBITS.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_get_statusbits {
     /** See enum apt_channel; from 0 to 65535. */
@@ -7545,6 +7549,8 @@ static inline apt_status apt_mot_resume_endofmovemsgs_decode(
  * Erratum apt-req-statusupdate-table-id: printed 90 04; encoded 80 04.
  *
  * Erratum apt37-list-stepper-status: printed nothing; encoded MOT_GET_STATUSUPDATE.
+ *
+ * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_statusupdate {
     /** See enum apt_channel; from 0 to 255. */

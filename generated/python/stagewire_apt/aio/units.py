@@ -2940,8 +2940,10 @@ class _KSC101Calls(
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
     generic.CanIdentify,
+    motor.WithMotStatusBits,
     motor.CanMoveAbsolute,
     motor.CanStop,
+    motor.WithStatusUpdate,
     motor.WithAvModes,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
@@ -2956,7 +2958,7 @@ class _KSC101Calls(
     """The calls of a KSC101 for asyncio."""
 
     if TYPE_CHECKING:
-        _reported: v.MoveCompletedStepper | None
+        _reported: v.MoveCompletedStepper | v.StatusUpdate
 
 
 class KSC101(_KSC101Calls):

@@ -2942,8 +2942,10 @@ class _KSC101Calls(
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
     generic.CanIdentify,
+    motor.WithMotStatusBits,
     motor.CanMoveAbsolute,
     motor.CanStop,
+    motor.WithStatusUpdate,
     motor.WithAvModes,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
@@ -2958,7 +2960,7 @@ class _KSC101Calls(
     """The calls of a KSC101."""
 
     if TYPE_CHECKING:
-        _reported: v.MoveCompletedStepper | None
+        _reported: v.MoveCompletedStepper | v.StatusUpdate
 
 
 class KSC101(_KSC101Calls):

@@ -4310,6 +4310,8 @@ class MotReqStatusBits(FramedMessage):
     Also described in Issue 37, page 131.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
+
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4383,6 +4385,7 @@ class MotGetStatusBits(FramedMessage):
         gives bit 12 another meaning. :class:`~.DcStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt37-list-get-statusbits``: printed nothing; encoded MOT_GET_STATUSBITS.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "status_bits")
@@ -7162,6 +7165,7 @@ class MotReqStatusUpdate(FramedMessage):
 
     Erratum ``apt-req-statusupdate-table-id``: printed 90 04; encoded 80 04.
     Erratum ``apt37-list-stepper-status``: printed nothing; encoded MOT_GET_STATUSUPDATE.
+    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")

@@ -1553,8 +1553,8 @@ class WithMotStatusBits(Part):
 
         Status bits without position and velocity.
 
-        ``MOT_REQ_STATUSBITS``, ``MOT_GET_STATUSBITS``, Issue 3, page 81. Erratum
-        ``apt37-list-get-statusbits``.
+        ``MOT_REQ_STATUSBITS``, ``MOT_GET_STATUSBITS``, Issue 3, page 81. Errata
+        ``apt37-list-get-statusbits``, ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -2495,7 +2495,7 @@ class WithStatusUpdate(Part):
         reply.
 
         ``MOT_REQ_STATUSUPDATE``, Issue 3, page 78. Errata ``apt-req-statusupdate-table-id``,
-        ``apt37-list-stepper-status``.
+        ``apt37-list-stepper-status``, ``apt37-list-vendor-software``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
