@@ -101,11 +101,11 @@ CASES = (
 def getters(device: Any) -> list[str]:
     """Return the calls of a device that read something and need no argument."""
     found = []
-    for name, method in inspect.getmembers(device, inspect.ismethod):
+    for name, method in inspect.getmembers(type(device), inspect.isfunction):
         if name.startswith("get_"):
             needed = [
                 each
-                for each in inspect.signature(method).parameters.values()
+                for each in list(inspect.signature(method).parameters.values())[1:]  # without self
                 if each.default is each.empty
             ]
             if not needed:

@@ -20,6 +20,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import xa_families
 from thorlabs_xa.shared.enums import (
     TLMC_MoveMode,
     TLMC_OperatingMode,
@@ -86,7 +87,7 @@ def getters(device: Any) -> list[str]:
 
 
 def main(serial_number: str, transport: str, file: Path, product: str = "") -> None:
-    """Open a controller, read all its parameters, home, move and stop it."""
+    """Open a controller, read all its parameters, and use it."""
     session = Session(file)
     system = SystemManager.instance()
     session.call("startup", system.startup)
@@ -107,8 +108,17 @@ def main(serial_number: str, transport: str, file: Path, product: str = "") -> N
         session.call(name, lambda name=name: getattr(device, name)(LONGEST))
     if hasattr(device, "get_connected_product_info"):
         session.call("get_connected_product_info", device.get_connected_product_info)
-    if hasattr(device, "home"):
+    subchannels = device.get_all_subchannels() if hasattr(device, "get_all_subchannels") else []
+    for number, channel in enumerate(subchannels, 1):
+        for name in getters(channel):
+            session.call(
+                f"channel {number}: {name}",
+                lambda channel=channel, name=name: getattr(channel, name)(LONGEST),
+            )
+    if hasattr(device, "get_home_params"):
         drive(session, device)
+    else:
+        session.call("use", lambda: xa_families.use(session, device))
     session.call("close", device.close)
     session.call("shutdown", system.shutdown)
 

@@ -1,7 +1,8 @@
 """The vendor's XA SDK drives virtual controllers over TCP.
 
 The KDC101, KST201 and LTS must open with all parameters, home, move and stop, with the same positions in
-counts and in physical units as the virtual stage. For the other units, ``known`` says how far they go. The
+counts and in physical units as the virtual stage. Shutters, piezos, inertial motors and NanoTraks do what
+``xa_families`` asks of them. For the other units, ``known`` says how far they go. The
 SDK refuses the K10CR1 and the MFF101.
 """
 
@@ -30,6 +31,7 @@ NEAR = 1e-4
 """The largest difference of positions in mm or degrees, which the live table shows with four digits."""
 
 
+DOES = "does: "  # as in xa_families, which needs the SDK
 OPENS = "opens"
 READS = "reads all parameters"
 NO_DIRECTION = (
@@ -86,6 +88,8 @@ CASES = (
         product="NRT100",
         known={"get_profile_mode_params": "it asks for 0x04E4, which only brushless units have"},
     ),
+    Case("KSC101", 68000001, "Ksc101", moves=False),
+    Case("BPC301", 41000001, "Bpc301", moves=False),
     Case(
         "BSC203",
         70000001,
@@ -171,12 +175,19 @@ def judge(results: Results, case: Case, found: Mapping[str, Any], watched: Watch
     expect(OPENS, opened["value"] is not None and opened["value"] == case.opens_as, detail)
     if opened["value"] is None:
         return
-    reads = {name: value for name, value in found.items() if name.startswith("get_")}
+    reads = {
+        name: value for name, value in found.items() if name.split(": ")[-1].startswith("get_")
+    }
     failed = {name: value["error"] for name, value in reads.items() if value["error"]}
     detail = f"{len(reads)} calls; failed: {failed or '-'}"
     results.check(case.unit, READS, not failed.keys() - case.known.keys(), detail)
     for name in sorted(case.known.keys() & reads.keys()):
         results.known(case.unit, name, name not in failed, case.known[name])
+    for name, outcome in found.items():
+        if name.startswith(DOES):
+            expect(name.removeprefix(DOES), outcome["value"] is True, outcome["error"])
+    if error := found.get("use", {}).get("error"):
+        expect("can be used", False, error)
     if not case.moves:
         return
     for call, what in ACTIONS.items():
