@@ -78,6 +78,7 @@ if TYPE_CHECKING:
     from stagewire._devices.tables import Command as DeviceCommand
     from stagewire._devices.unit import (
         Alias,
+        Enabling,
         Facts,
         Hindrance,
         Need,
@@ -167,6 +168,7 @@ __all__ = [
     "Device",
     "DeviceCommand",
     "Direction",
+    "Enabling",
     "EndlessTravel",
     "Ends",
     "Enumeration",
@@ -261,7 +263,9 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
                 "Stored"
             ),
             "_devices.scales": "ByCase BySetting ByStage ByUnit Rule",
-            "_devices.unit": "Alias Facts Hindrance Need Positions Setting StageReport Told Unit Unsupported",
+            "_devices.unit": (
+                "Alias Enabling Facts Hindrance Need Positions Setting StageReport Told Unit Unsupported"
+            ),
             "_sessions.options": "Ends",
             "quantities": (
                 "EndlessTravel Limit Number Scale ScaleConflict Stage UnknownLimit UnknownScale"

@@ -135,11 +135,18 @@ _EXCHANGE = Data(
 _TIME = ("set", "field", "counts", "factor", "exponent")
 _WITH_SOURCE = ("units/*/hardware_type", "units/*/sends/*", "units/*/also_at", "units/*/baud_rates",
                 "families/*/reports_stage", "families/*/also_at", "families/*/pause",
-                "families/*/positions")  # fmt: skip
+                "families/*/positions", "families/*/classes/enabling")  # fmt: skip
 _ALSO_AT = ("addresses", "preferred")
 _POSITIONS = ("move", "argument", "values", "read", "bits", *map("time/{}".format, _TIME))
+_ENABLING = ("set", "field", "disables_others", "before_motions")
 _HINDERS = Data({"cause": "hindrance", "when": "hindrance", "limit": "hindrance"})
-_CALL = Data({"name": "call", "defaults/*": Entries("field", "call-default", "call-default")})
+_CALL = Data(
+    {
+        "name": "call",
+        "also/*": Entries("method", "call", "call"),
+        "defaults/*": Entries("field", "call-default", "call-default"),
+    }
+)
 _SETTING_FACTS = ("unit", "quantity", "told_by/*/field", "told_by/*/while/field")
 _SETTINGS = Data(
     {
@@ -192,6 +199,11 @@ _UNITS = Data(
         **{f"families/*/positions/{key}": "motion-target" for key in _POSITIONS},
         "families/*/hazards/*": Entries("message", "effect", "effect"),
         "families/*/pause/ms": "unit-pause",
+        "families/*/classes/channel": "call",
+        "families/*/classes/methods/*": Entries("method", "call", "call"),
+        "families/*/classes/without/*": Entries("message", "call", "call"),
+        **{f"families/*/classes/enabling/{key}": "motion-need" for key in _ENABLING},
+        "families/*/classes/enabling/channels/*": Entries("value", "motion-need", "motion-need"),
         "lists/*": Entries("list", "list-added", "list-removed"),
         "lists/*/overlay": _OVERLAY,
         **dict.fromkeys(("lists/*/title", "lists/*/note"), "text"),

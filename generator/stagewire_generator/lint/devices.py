@@ -99,6 +99,15 @@ def _defaults(protocol: Protocol, message: Message, diagnostics: Diagnostics) ->
     if keyword.iskeyword(name):
         what = f"{message.name}: the method name {name} is reserved"
         diagnostics.add(message.place, "SW023", what)
+    for name, argument in message.call.get("also", {}).items():
+        counts = {sum(f.role == "value" for f in x.all_fields) for x in message.layouts}
+        channel = any(f.name == protocol.framing.get("channel") for f in _sent(message))
+        if 1 + channel not in counts and 1 not in counts:
+            what = f"{message.name}: no form has only one value, which {name} would take"
+            diagnostics.add(message.place, "SW035", what)
+        for word in (name, argument):
+            if keyword.iskeyword(word):
+                diagnostics.add(message.place, "SW023", f"{message.name}: {word} is reserved")
     fields = {field.name: field for field in _sent(message)}
     for key, value in message.call.get("defaults", {}).items():
         field = fields.get(key)

@@ -9,6 +9,7 @@ from collections.abc import Container, Iterable, Iterator, Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.devices import HARMLESS
+from stagewire_generator.lint.classes import wrong_classes
 from stagewire_generator.lint.positions import unknown_positions
 from stagewire_generator.model import (
     Json,
@@ -31,6 +32,7 @@ def check_units(protocol: Protocol, document: Document, diagnostics: Diagnostics
     rules.contexts()
     rules.positions()
     rules.hazards()
+    rules.classes()
     if "addresses" in protocol.units and "devices" in protocol.framing:
         rules.addresses()
     rules.prefixes()
@@ -218,6 +220,13 @@ class _Rules:
         for key, entry in self.families.items():
             for part, what in unknown_positions(entry.get("positions"), self.of_name):
                 self.refuse("SW021", ("families", key, "positions", part), what)
+
+    def classes(self) -> None:
+        """Check how device classes present the units of each family."""
+        sets = {owner.name for owner in self.protocol.sets}
+        for key, entry in self.families.items():
+            for code, path, what in wrong_classes(entry.get("classes", {}), self.of_name, sets):
+                self.refuse(code, ("families", key, "classes", *path), what)
 
     def addresses(self) -> None:
         """Check that addresses and bays are those of the framing, and the counts of bays."""

@@ -76,14 +76,21 @@ class Switch:
 
 def switch_of(unit: Unit) -> Switch | None:
     """Return the parameter that enables the channels of a unit; None if motions need no such parameter."""
-    for need in needs_of(unit):
-        field, states = _hindrances(unit, need.table)
-        off = {state.value for state in states}
-        for entry in need.table.given:
-            table = entry.choices
-            if entry.field == field and table and issubclass(table, Enumeration) and len(off) == 1:
-                [on] = {member.value for member in table} - off
-                return Switch(need.table, field, on, *off)
+    enabling = unit.enabling
+    if enabling is not None and enabling.table is not None and not enabling.channels:
+        return _switch_in(unit, enabling.table)
+    return next(filter(None, (_switch_in(unit, need.table) for need in needs_of(unit))), None)
+
+
+def _switch_in(unit: Unit, parameters: ParameterSet[Any]) -> Switch | None:
+    """Return the field of a parameter set that enables channels; None if it has none."""
+    field, states = _hindrances(unit, parameters)
+    off = {state.value for state in states}
+    for entry in parameters.given:
+        table = entry.choices
+        if entry.field == field and table and issubclass(table, Enumeration) and len(off) == 1:
+            [on] = {member.value for member in table} - off
+            return Switch(parameters, field, on, *off)
     return None
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from dataclasses import field as field_of
 from fractions import Fraction
 from importlib import import_module
 from typing import Any, Literal
@@ -136,6 +137,29 @@ class Need:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Enabling:
+    """How the channels of a unit are enabled, if it is not one by one.
+
+    :param table: parameter set that enables channels; None: the one that motions need.
+    :param field: its field.
+    :param channels: value of the field -> the channels that it enables, counted from 1, if the parameter set
+        is that of the whole controller; empty if each channel has one.
+    :param disables_others: whether enabling a channel disables the others.
+    :param before_motions: whether a channel must be enabled again before each motion.
+    """
+
+    table: ParameterSet[Any] | None = None
+    field: str = ""
+    channels: Mapping[int, tuple[int, ...]] = field_of(default_factory=dict)
+    disables_others: bool = False
+    before_motions: bool = False
+
+    def value_for(self, channels: tuple[int, ...]) -> int:
+        """Return the value that enables exactly these channels."""
+        return next(value for value, enabled in self.channels.items() if enabled == channels)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Positions:
     """The only positions of a unit, counted from 1, and how it moves to them.
 
@@ -241,6 +265,7 @@ class Unit:
     :param needs: message that starts a motion -> the state that it needs.
     :param reports_ends_after: parameters that it must receive before it reports the end of any motion; None:
         it always reports them.
+    :param enabling: how its channels are enabled, if it is not one by one; None for others.
     :param positions: its positions, if it has only a few; None for others.
     :param farewell: message to send before the line is closed, if the host sent one of the messages whose
         effect it ends; one without such messages ends the connection.
@@ -283,6 +308,7 @@ class Unit:
     diagnosis: tuple[ParameterSet[Any] | Query[Any], ...] = ()
     needs: Mapping[type[Message], tuple[Need, ...]] = field(default_factory=dict)
     reports_ends_after: ParameterSet[Any] | None = None
+    enabling: Enabling | None = None
     positions: Positions | None = None
     farewell: Mapping[type[Message], tuple[type[Message], ...]] = field(default_factory=dict)
     idle: Poll | None = None

@@ -58,6 +58,8 @@ class InertialController(Instrument):
         self.frames: list[bytes] = []
         self.moved: list[int] = []
         self.ends = True
+        self.enabled = 0x0F
+        """Bits of the enabled channels of a TIM101 or an MPC; enabling one disables the others."""
         self._bytes = b""
         self._stored: dict[tuple[int, int], bytes] = {}
 
@@ -82,8 +84,10 @@ class InertialController(Instrument):
             self._send(
                 0x08C2, self._stored.get((frame[2], channel), _parameters(frame[2], channel))
             )
+        elif id == 0x0210:
+            self.enabled = channel if frame[3] == 1 else self.enabled & ~channel
         elif id == 0x0211:
-            self._send_header(0x0212, channel, 1)
+            self._send_header(0x0212, channel, 1 if self.enabled & channel else 2)
         elif id == 0x0411:
             self._send(0x0412, _word(channel) + bytes(4))
         elif id == 0x0490:

@@ -55,14 +55,18 @@ def arguments(call: Any) -> dict[str, Any]:
     return {name: 100 if "volt" in name else 1 for name in names if not IN_UNITS.search(name)}
 
 
-def opened(unit: str) -> tuple[Any, InertialController]:
+def opened(unit: str, enabled: int = 1) -> tuple[Any, InertialController]:
+    """Return an open controller whose channel with this number is enabled, and its instrument."""
     line, instrument = controller(unit)
-    return getattr(devices, unit).open(SteppedLink(line), line="usb"), instrument
+    device = getattr(devices, unit).open(SteppedLink(line), line="usb")
+    if unit == "KIM101":
+        device.set_kcube_chan_enable_mode(mode=enabled)
+    return device, instrument
 
 
 @pytest.mark.parametrize(("unit", "number", "name"), CALLS)
 def test_a_call_names_only_its_channel(unit: str, number: int, name: str) -> None:
-    device, instrument = opened(unit)
+    device, instrument = opened(unit, number)
     with device:
         instrument.frames.clear()
         call = getattr(device.channel(number), name)
@@ -86,7 +90,7 @@ def test_every_motion_of_a_channel_was_sent_to_it(unit: str) -> None:
     for name in members(unit):
         if not name.startswith("start_"):
             continue
-        device, instrument = opened(unit)
+        device, instrument = opened(unit, last)
         with device:
             call = getattr(device.channel(last), name)
             call(**arguments(call)).wait(timeout=1) if "velocity" not in name else call(
@@ -101,21 +105,21 @@ def test_every_motion_of_a_channel_was_sent_to_it(unit: str) -> None:
 def test_the_device_itself_starts_no_motion(unit: str) -> None:
     cls: Any = getattr(devices, unit)
     own = [name for name in dir(cls) if name.startswith(("move", "jog", "home", "start_"))]
-    assert own == ["start_updates"]
+    assert own == ["start_updates"], "a stop of all channels is the only other call"
 
 
 @pytest.mark.parametrize(("number", "bit"), BITS.items())
 def test_a_jog_has_the_bit_of_the_channel_and_not_its_number(number: int, bit: int) -> None:
-    device, instrument = opened("KIM101")
+    device, instrument = opened("KIM101", number)
     with device:
         instrument.frames.clear()
-        device.channel(number).move_jog("FORWARD")
+        device.channel(number).jog("FORWARD")
         assert instrument.frames[-1] == bytes((0xD9, 0x08, bit, 0x01, 0x50, 0x01))
 
 
 @pytest.mark.parametrize(("number", "bit"), BITS.items())
 def test_closing_stops_the_channel_that_moves(number: int, bit: int) -> None:
-    device, instrument = opened("KIM101")
+    device, instrument = opened("KIM101", number)
     with device:
         instrument.ends = False
         device.channel(number).start_move_absolute(counts=100)
@@ -128,7 +132,7 @@ def test_closing_stops_the_channel_that_moves(number: int, bit: int) -> None:
 def test_a_move_of_both_controllers_is_stopped_by_a_message_that_the_controller_has(
     unit: str, id: int
 ) -> None:
-    device, instrument = opened(unit)
+    device, instrument = opened(unit, 2)
     with device:
         instrument.ends = False
         device.channel(2).start_move_absolute(counts=100)

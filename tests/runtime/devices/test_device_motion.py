@@ -361,15 +361,6 @@ def test_an_exception_stops_the_motion(line: RecordingLink) -> None:
     assert line.names(PROTOCOL) == ["MOT_MOVE_STOP", "HW_STOP_UPDATEMSGS", "HW_DISCONNECT"]
 
 
-def test_a_stored_target_is_not_requested_from_a_unit_without_this_request() -> None:
-    line = RecordingLink(virtual.TSC001())
-    mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1000))
-    with TSC001.open(line, stage=mine, travel_mm=12) as tsc:
-        line.forget()
-        tsc.start_move_absolute_stored()
-        assert line.raw == m.MotMoveAbsoluteHeader(chan_ident=1).pack(0x50, 0x01)
-
-
 def test_a_motion_that_is_prepared_while_a_stop_is_sent_is_never_sent(
     tdc: TDC001, line: RecordingLink, monkeypatch: pytest.MonkeyPatch
 ) -> None:

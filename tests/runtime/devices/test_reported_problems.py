@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from inertial_controller import controller
+from inertial_controller import controller, moves
 from recording_link import RecordingLink
 
 import stagewire
@@ -451,10 +451,11 @@ class TestKim101:
         line, instrument = controller("KIM101")
         with KIM101.open(SteppedLink(line)) as device:
             channel = device.channel(number)
+            channel.enable()
             instrument.frames.clear()
             channel.move_absolute(counts=5)
-            channel.move_jog("FORWARD")
-        move, jog = instrument.frames
+            channel.jog("FORWARD")
+        move, jog = (frame for frame in instrument.frames if moves(frame))
         assert (move[:2], move[6:8]) == (b"\xd4\x08", bytes((bit, 0)))
         assert (jog[:2], jog[2:4]) == (b"\xd9\x08", bytes((bit, 1)))
         assert instrument.moved == [bit, bit]

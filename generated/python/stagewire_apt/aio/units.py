@@ -26,6 +26,7 @@ from stagewire_apt.aio.parts import (
     solenoid,
     tec,
 )
+from stagewire_apt.devices import tables as t
 from stagewire_apt.devices import values as v
 from stagewire_apt.devices.facts import FACTS, UNITS
 
@@ -1026,6 +1027,18 @@ class _BMS002Calls(
 ):
     """The calls of a BMS002 for asyncio."""
 
+    async def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._halt_each(t.STOP, timeout)
+
 
 class BMS002(_BMS002Calls):
     """Two-channel benchtop low power stepper driver (legacy) for asyncio.
@@ -1758,6 +1771,18 @@ class _BSC002Calls(
     motor.CanAckDcStatusUpdate,
 ):
     """The calls of a BSC002 for asyncio."""
+
+    async def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._halt_each(t.STOP, timeout)
 
 
 class BSC002(_BSC002Calls):
@@ -2493,7 +2518,7 @@ class _KIM001Calls(
     inertial.CanPzmotMoveAbsolute,
     inertial.CanPzmotMoveVelocity,
     inertial.CanPzmotStop,
-    inertial.CanMoveJog,
+    inertial.CanPzmotJog,
     inertial.WithPzmotStatusUpdate,
     inertial.CanPzmotAckStatusUpdate,
 ):
@@ -2539,7 +2564,7 @@ class KIM101Channel(
     inertial.CanPzmotMoveAbsolute,
     inertial.CanPzmotMoveVelocity,
     inertial.CanPzmotStop,
-    inertial.CanMoveJog,
+    inertial.CanPzmotJog,
 ):
     """One channel of a KIM101 for asyncio."""
 
@@ -2560,6 +2585,18 @@ class _KIM101Calls(
     inertial.CanPzmotAckStatusUpdate,
 ):
     """The calls of a KIM101 for asyncio."""
+
+    async def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``PZMOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._halt_each(t.PZMOT_STOP, timeout)
 
 
 class KIM101(_KIM101Calls):
@@ -2940,10 +2977,7 @@ class _KSC101Calls(
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
     generic.CanIdentify,
-    motor.WithMotStatusBits,
-    motor.CanMoveAbsolute,
     motor.CanStop,
-    motor.WithStatusUpdate,
     motor.WithAvModes,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
@@ -2958,7 +2992,7 @@ class _KSC101Calls(
     """The calls of a KSC101 for asyncio."""
 
     if TYPE_CHECKING:
-        _reported: v.MoveCompletedStepper | v.StatusUpdate
+        _reported: None
 
 
 class KSC101(_KSC101Calls):
@@ -3552,6 +3586,9 @@ class MPC220Channel(
     if TYPE_CHECKING:
         _reported: v.MoveCompletedDc | v.MoveStoppedDc | v.DcStatusUpdate
 
+    move_to = motor.CanMoveAbsolute.move_absolute
+    start_move_to = motor.CanMoveAbsolute.start_move_absolute
+
 
 class _MPC220Calls(
     ChannelsDevice[MPC220Channel],
@@ -3563,6 +3600,26 @@ class _MPC220Calls(
     polarization.WithParams,
 ):
     """The calls of a MPC220 for asyncio."""
+
+    async def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._halt_each(t.STOP, timeout)
+
+    def paddle(self, number: int | str) -> MPC220Channel:
+        """Return a paddle by its number, counted from 1; the same as ``channel(number)``.
+
+        :raises OutOfRangeError: for a number without a paddle.
+        :raises BadValueError: for anything else.
+        """
+        return self.channel(number)
 
 
 class MPC220(_MPC220Calls):
@@ -3603,6 +3660,9 @@ class MPC320Channel(
     if TYPE_CHECKING:
         _reported: v.MoveCompletedDc | v.MoveStoppedDc | v.DcStatusUpdate
 
+    move_to = motor.CanMoveAbsolute.move_absolute
+    start_move_to = motor.CanMoveAbsolute.start_move_absolute
+
 
 class _MPC320Calls(
     ChannelsDevice[MPC320Channel],
@@ -3614,6 +3674,26 @@ class _MPC320Calls(
     polarization.WithParams,
 ):
     """The calls of a MPC320 for asyncio."""
+
+    async def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._halt_each(t.STOP, timeout)
+
+    def paddle(self, number: int | str) -> MPC320Channel:
+        """Return a paddle by its number, counted from 1; the same as ``channel(number)``.
+
+        :raises OutOfRangeError: for a number without a paddle.
+        :raises BadValueError: for anything else.
+        """
+        return self.channel(number)
 
 
 class MPC320(_MPC320Calls):
@@ -3733,6 +3813,18 @@ class _MST601Calls(
 ):
     """The calls of a MST601 for asyncio."""
 
+    async def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._halt_each(t.STOP, timeout)
+
 
 class MST601(_MST601Calls):
     """Two-channel modular stepper driver for asyncio.
@@ -3799,6 +3891,18 @@ class _MST602Calls(
     motor.CanAckDcStatusUpdate,
 ):
     """The calls of a MST602 for asyncio."""
+
+    async def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._halt_each(t.STOP, timeout)
 
 
 class MST602(_MST602Calls):
@@ -3966,7 +4070,7 @@ class _PDXC2Calls(
     inertial.WithTriggerMode,
     inertial.WithTriggerParams,
     inertial.WithNetworkParams,
-    inertial.CanMoveJog,
+    inertial.CanPzmotJog,
     inertial.WithPzmotStatusUpdate,
     inertial.CanPzmotAckStatusUpdate,
     inertial.CanMoveStart,
@@ -4231,7 +4335,7 @@ class TIM101Channel(
     inertial.WithTimJogParams,
     inertial.WithTimPotParams,
     inertial.CanPzmotMoveAbsolute,
-    inertial.CanMoveJog,
+    inertial.CanPzmotJog,
 ):
     """One channel of a TIM101 for asyncio."""
 
@@ -4250,6 +4354,18 @@ class _TIM101Calls(
     inertial.CanPzmotAckStatusUpdate,
 ):
     """The calls of a TIM101 for asyncio."""
+
+    async def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._halt_each(t.STOP, timeout)
 
 
 class TIM101(_TIM101Calls):
@@ -4503,7 +4619,6 @@ class _TSC001Calls(
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
     generic.CanIdentify,
-    motor.CanMoveAbsolute,
     motor.CanStop,
     motor.WithAvModes,
     motor.WithButtonParams,
@@ -4516,7 +4631,7 @@ class _TSC001Calls(
     """The calls of a TSC001 for asyncio."""
 
     if TYPE_CHECKING:
-        _reported: v.MoveCompletedStepper | None
+        _reported: None
 
 
 class TSC001(_TSC001Calls):

@@ -101,7 +101,6 @@ __all__ = [
     "MOVE_ABSOLUTE",
     "MOVE_ABSOLUTE_STORED",
     "MOVE_ABS_PARAMS",
-    "MOVE_JOG",
     "MOVE_NT_CIRC_TO_HOME_POS",
     "MOVE_RASTER",
     "MOVE_RELATIVE",
@@ -165,6 +164,7 @@ __all__ = [
     "PPC_PID_CONSTS",
     "PZMOT_ACK_STATUS_UPDATE",
     "PZMOT_HOME_PARAMS",
+    "PZMOT_JOG",
     "PZMOT_KCUBE_MMI_PARAMS",
     "PZMOT_KCUBE_TRIG_IO_CONFIG",
     "PZMOT_LIM_SWITCH_PARAMS",
@@ -4687,8 +4687,8 @@ PZMOT_MOVE_VELOCITY = Action(
     halted_by=PZMOT_STOP,
 )
 
-MOVE_JOG = Action(
-    "move_jog",
+PZMOT_JOG = Action(
+    "jog",
     message=m.PzmotMoveJog,
     given=(Given("jog_dir", "jog_dir", choices=e.MoveDirection, minimum=0, maximum=255),),
     ends=Ends((m.PzmotMoveCompleted,), (m.PzmotMoveStopped,)),

@@ -15,6 +15,7 @@ from stagewire.support import (
     SingleChannelDevice,
     SingleChannelModule,
 )
+from stagewire_apt.devices import tables as t
 from stagewire_apt.devices import values as v
 from stagewire_apt.devices.facts import FACTS, UNITS
 from stagewire_apt.devices.parts import (
@@ -1028,6 +1029,18 @@ class _BMS002Calls(
 ):
     """The calls of a BMS002."""
 
+    def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._halt_each(t.STOP, timeout)
+
 
 class BMS002(_BMS002Calls):
     """Two-channel benchtop low power stepper driver (legacy).
@@ -1760,6 +1773,18 @@ class _BSC002Calls(
     motor.CanAckDcStatusUpdate,
 ):
     """The calls of a BSC002."""
+
+    def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._halt_each(t.STOP, timeout)
 
 
 class BSC002(_BSC002Calls):
@@ -2495,7 +2520,7 @@ class _KIM001Calls(
     inertial.CanPzmotMoveAbsolute,
     inertial.CanPzmotMoveVelocity,
     inertial.CanPzmotStop,
-    inertial.CanMoveJog,
+    inertial.CanPzmotJog,
     inertial.WithPzmotStatusUpdate,
     inertial.CanPzmotAckStatusUpdate,
 ):
@@ -2541,7 +2566,7 @@ class KIM101Channel(
     inertial.CanPzmotMoveAbsolute,
     inertial.CanPzmotMoveVelocity,
     inertial.CanPzmotStop,
-    inertial.CanMoveJog,
+    inertial.CanPzmotJog,
 ):
     """One channel of a KIM101."""
 
@@ -2562,6 +2587,18 @@ class _KIM101Calls(
     inertial.CanPzmotAckStatusUpdate,
 ):
     """The calls of a KIM101."""
+
+    def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``PZMOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._halt_each(t.PZMOT_STOP, timeout)
 
 
 class KIM101(_KIM101Calls):
@@ -2942,10 +2979,7 @@ class _KSC101Calls(
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
     generic.CanIdentify,
-    motor.WithMotStatusBits,
-    motor.CanMoveAbsolute,
     motor.CanStop,
-    motor.WithStatusUpdate,
     motor.WithAvModes,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
@@ -2960,7 +2994,7 @@ class _KSC101Calls(
     """The calls of a KSC101."""
 
     if TYPE_CHECKING:
-        _reported: v.MoveCompletedStepper | v.StatusUpdate
+        _reported: None
 
 
 class KSC101(_KSC101Calls):
@@ -3554,6 +3588,9 @@ class MPC220Channel(
     if TYPE_CHECKING:
         _reported: v.MoveCompletedDc | v.MoveStoppedDc | v.DcStatusUpdate
 
+    move_to = motor.CanMoveAbsolute.move_absolute
+    start_move_to = motor.CanMoveAbsolute.start_move_absolute
+
 
 class _MPC220Calls(
     ChannelsDevice[MPC220Channel],
@@ -3565,6 +3602,26 @@ class _MPC220Calls(
     polarization.WithParams,
 ):
     """The calls of a MPC220."""
+
+    def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._halt_each(t.STOP, timeout)
+
+    def paddle(self, number: int | str) -> MPC220Channel:
+        """Return a paddle by its number, counted from 1; the same as ``channel(number)``.
+
+        :raises OutOfRangeError: for a number without a paddle.
+        :raises BadValueError: for anything else.
+        """
+        return self.channel(number)
 
 
 class MPC220(_MPC220Calls):
@@ -3605,6 +3662,9 @@ class MPC320Channel(
     if TYPE_CHECKING:
         _reported: v.MoveCompletedDc | v.MoveStoppedDc | v.DcStatusUpdate
 
+    move_to = motor.CanMoveAbsolute.move_absolute
+    start_move_to = motor.CanMoveAbsolute.start_move_absolute
+
 
 class _MPC320Calls(
     ChannelsDevice[MPC320Channel],
@@ -3616,6 +3676,26 @@ class _MPC320Calls(
     polarization.WithParams,
 ):
     """The calls of a MPC320."""
+
+    def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._halt_each(t.STOP, timeout)
+
+    def paddle(self, number: int | str) -> MPC320Channel:
+        """Return a paddle by its number, counted from 1; the same as ``channel(number)``.
+
+        :raises OutOfRangeError: for a number without a paddle.
+        :raises BadValueError: for anything else.
+        """
+        return self.channel(number)
 
 
 class MPC320(_MPC320Calls):
@@ -3735,6 +3815,18 @@ class _MST601Calls(
 ):
     """The calls of a MST601."""
 
+    def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._halt_each(t.STOP, timeout)
+
 
 class MST601(_MST601Calls):
     """Two-channel modular stepper driver.
@@ -3801,6 +3893,18 @@ class _MST602Calls(
     motor.CanAckDcStatusUpdate,
 ):
     """The calls of a MST602."""
+
+    def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._halt_each(t.STOP, timeout)
 
 
 class MST602(_MST602Calls):
@@ -3968,7 +4072,7 @@ class _PDXC2Calls(
     inertial.WithTriggerMode,
     inertial.WithTriggerParams,
     inertial.WithNetworkParams,
-    inertial.CanMoveJog,
+    inertial.CanPzmotJog,
     inertial.WithPzmotStatusUpdate,
     inertial.CanPzmotAckStatusUpdate,
     inertial.CanMoveStart,
@@ -4233,7 +4337,7 @@ class TIM101Channel(
     inertial.WithTimJogParams,
     inertial.WithTimPotParams,
     inertial.CanPzmotMoveAbsolute,
-    inertial.CanMoveJog,
+    inertial.CanPzmotJog,
 ):
     """One channel of a TIM101."""
 
@@ -4252,6 +4356,18 @@ class _TIM101Calls(
     inertial.CanPzmotAckStatusUpdate,
 ):
     """The calls of a TIM101."""
+
+    def stop(self, *, timeout: float | None = None) -> None:
+        """Stop all channels.
+
+        Sends ``MOT_MOVE_STOP`` to each channel, ahead of all waiting requests, and waits for no
+        confirmation.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._halt_each(t.STOP, timeout)
 
 
 class TIM101(_TIM101Calls):
@@ -4505,7 +4621,6 @@ class _TSC001Calls(
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
     generic.CanIdentify,
-    motor.CanMoveAbsolute,
     motor.CanStop,
     motor.WithAvModes,
     motor.WithButtonParams,
@@ -4518,7 +4633,7 @@ class _TSC001Calls(
     """The calls of a TSC001."""
 
     if TYPE_CHECKING:
-        _reported: v.MoveCompletedStepper | None
+        _reported: None
 
 
 class TSC001(_TSC001Calls):

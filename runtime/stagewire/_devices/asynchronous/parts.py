@@ -122,6 +122,9 @@ class Part(PartBase):
     ) -> MotionEnd[Any] | None:
         return await motion.halt(self._at, table, timeout, given)
 
+    async def _halt_each(self, table: Action, timeout: float | None) -> None:
+        await motion.halt_each(self._places().values(), table, timeout)
+
     @property
     def session(self) -> AsyncFramedSession | AsyncCommandSession:
         """The session of the device, for messages without a method."""

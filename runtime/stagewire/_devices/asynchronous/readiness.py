@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import logging
+from typing import Any
 
 from stagewire._codec.message import Message
 from stagewire._devices.asynchronous.calls import query, set_all, write
 from stagewire._devices.asynchronous.targets import refuse_second
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.endpoint import Deadline
+from stagewire._devices.motions import Running
 from stagewire._devices.readiness import Switch, advice, faults_in, needs_of, switch_of
-from stagewire._devices.unit import Need
-from stagewire.errors import NotReadyError, ReplyTimeoutError, UnsupportedError
+from stagewire._devices.tables import ParameterSet
+from stagewire._devices.unit import Enabling, Need
+from stagewire.errors import (
+    MotionUnderWayError,
+    NotReadyError,
+    ReplyTimeoutError,
+    UnsupportedError,
+)
 
 _log = logging.getLogger("stagewire")
 
@@ -49,6 +57,7 @@ async def check_ready(
 
     :param message: class of the message that starts the motion.
     """
+    await _check_enabled(endpoint, what, message, deadline)
     readiness = endpoint.connection.readiness
     for need in endpoint.connection.unit.needs.get(message, ()):
         if need.each_time or readiness.known_to_fail(endpoint.place, need):
@@ -101,8 +110,86 @@ def _refuse(endpoint: Endpoint, what: str, need: Need, read: Message) -> None:
         )
 
 
+async def _check_enabled(
+    endpoint: Endpoint, what: str, message: type[Message], deadline: Deadline
+) -> None:
+    """Check that a channel is enabled, on a unit that does not enable channels one by one.
+
+    A channel that must be enabled again before each motion is enabled here.
+    """
+    enabling = endpoint.connection.unit.enabling
+    if enabling is None:
+        return
+    await refuse_second(endpoint, what, deadline)
+    if enabling.before_motions:
+        await _enable_alone(endpoint, what, endpoint.part_of(deadline))
+    elif enabling.channels:
+        enabled = await _enabled_channels(endpoint, enabling, endpoint.part_of(deadline))
+        if _number(endpoint) not in enabled:
+            cause = "the channel is not enabled"
+            others = f"; it is {_listed(enabled)} that can move" if enabled else ""
+            assert enabling.table is not None  # it has the channels
+            assert enabling.table.get is not None  # it was read
+            raise NotReadyError(
+                f"{what} was not sent, because it cannot succeed: {cause}{others} "
+                f"({enabling.table.get.layout.message}). call enable(), which disables the other channels",
+                (cause,),
+            )
+    elif (other := _other_motion(endpoint)) is not None and not await is_enabled(
+        endpoint, endpoint.part_of(deadline)
+    ):
+        raise _busy(what, other)
+
+
+async def _enabled_channels(
+    endpoint: Endpoint, enabling: Enabling, timeout: float | None
+) -> tuple[int, ...]:
+    """Ask which channels of the controller are enabled; a value without a name enables none."""
+    assert enabling.table is not None  # it has the channels
+    values = await query(endpoint, enabling.table, timeout, {})
+    return enabling.channels.get(getattr(values.message, enabling.field), ())
+
+
+async def _enable_alone(endpoint: Endpoint, what: str, timeout: float | None) -> None:
+    """Enable a channel for its next motion, and do not read its state back."""
+    if (other := _other_motion(endpoint)) is not None:
+        raise _busy(what, other)
+    await _write_switch(endpoint, _switch(endpoint), timeout, on=True)
+
+
+def _other_motion(endpoint: Endpoint) -> Running | None:
+    """Return the motion of another channel of the controller that may be under way."""
+    connection = endpoint.connection
+    for place in connection.places:
+        if place[0] == endpoint.address and place != endpoint.place:
+            running = connection.motions.at(place)
+            if running is not None:
+                return running
+    return None
+
+
+def _busy(what: str, other: Running) -> MotionUnderWayError:
+    return MotionUnderWayError(
+        f"{what} was not sent: {other.what} is or may be under way, and enabling this channel disables the "
+        "channel that moves; wait for its end, or stop it first"
+    )
+
+
+def _number(endpoint: Endpoint) -> int:
+    """Return the number of a channel, counted from 1."""
+    return endpoint.connection.unit.channel_idents.index(endpoint.channel) + 1
+
+
+def _listed(channels: tuple[int, ...]) -> str:
+    word = "channel" if len(channels) == 1 else "channels"
+    return f"{word} {' and '.join(map(str, channels))}"
+
+
 async def is_enabled(endpoint: Endpoint, timeout: float | None) -> bool:
     """Ask whether a channel is enabled."""
+    enabling = endpoint.connection.unit.enabling
+    if enabling is not None and enabling.channels:
+        return _number(endpoint) in await _enabled_channels(endpoint, enabling, timeout)
     switch = _switch(endpoint)
     values = await query(endpoint, switch.table, timeout, {})
     enabled: bool = getattr(values.message, switch.field) == switch.on
@@ -114,15 +201,47 @@ async def switch_channel(endpoint: Endpoint, timeout: float | None, *, on: bool)
 
     Raise :class:`~stagewire.errors.NotReadyError` if the controller still reports the other state.
     """
-    switch = _switch(endpoint)
-    [entry] = [entry for entry in switch.table.given if entry.field == switch.field]
-    await set_all(endpoint, switch.table, timeout, {entry.keyword: switch.on if on else switch.off})
+    enabling = endpoint.connection.unit.enabling
+    if enabling is not None and (enabling.disables_others or enabling.channels):
+        other = _other_motion(endpoint) if on else None
+        if other is not None:
+            raise _busy(f"{endpoint.name}: enable", other)
+    if enabling is not None and enabling.channels:
+        await _switch_of_all(endpoint, enabling, timeout, on=on)
+    else:
+        await _write_switch(endpoint, _switch(endpoint), timeout, on=on)
     if await is_enabled(endpoint, timeout) is not on:
         wanted, found = ("enabled", "disabled") if on else ("disabled", "enabled")
         raise NotReadyError(
             f"{endpoint.name}: the channel was to be {wanted}, but the controller reports it as {found}",
             (f"the channel is {found}",),
         )
+
+
+async def _switch_of_all(
+    endpoint: Endpoint, enabling: Enabling, timeout: float | None, *, on: bool
+) -> None:
+    """Enable only this channel, or disable it and leave the others as they are."""
+    assert enabling.table is not None  # it has the channels
+    number = _number(endpoint)
+    channels: tuple[int, ...] = (number,)
+    if not on:
+        enabled = await _enabled_channels(endpoint, enabling, timeout)
+        channels = tuple(one for one in enabled if one != number)
+    given = {_keyword(enabling.table, enabling.field): enabling.value_for(channels)}
+    await set_all(endpoint, enabling.table, timeout, given)
+
+
+async def _write_switch(
+    endpoint: Endpoint, switch: Switch, timeout: float | None, *, on: bool
+) -> None:
+    given = {_keyword(switch.table, switch.field): switch.on if on else switch.off}
+    await set_all(endpoint, switch.table, timeout, given)
+
+
+def _keyword(table: ParameterSet[Any], field: str) -> str:
+    [keyword] = [entry.keyword for entry in table.given if entry.field == field]
+    return keyword
 
 
 def _switch(endpoint: Endpoint) -> Switch:

@@ -9,6 +9,7 @@ when the device is closed, unless the user chose ``on_close="leave"``.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, Final, TypeAlias
 
 from stagewire._codec.message import Message
@@ -300,6 +301,32 @@ def halt(
     if reply is None:
         return None
     return MotionEnd(reply, connection.values_of(reply, endpoint.place), transport.now() - began)
+
+
+def halt_each(endpoints: Iterable[Endpoint], action: Action, timeout: float | None) -> None:
+    """Send the stop of several channels, ahead of all waiting messages, and wait for no confirmation.
+
+    Each stop is sent even if another one fails; then the first error is raised.
+    """
+    parts = tuple(endpoints)
+    for endpoint in parts:
+        endpoint.connection.motions.stopping(endpoint.place)
+    failed: StagewireError | None = None
+    for endpoint in parts:
+        message = endpoint.message(action.message, defaults_of(action))
+        try:
+            seconds = endpoint.seconds(timeout)
+        except BadValueError as error:  # send the stops first, then raise
+            failed = BadValueError(f"{error}; the stop was sent")
+            seconds = endpoint.seconds(None)
+        try:
+            endpoint.transport.halt(message, None, endpoint.address, seconds)
+        except StagewireError as error:
+            failed = failed or error
+        else:
+            endpoint.connection.motions.stopped(endpoint.place)
+    if failed is not None:
+        raise failed
 
 
 def _muted(what: str) -> UnsupportedError:

@@ -120,6 +120,9 @@ class Part(PartBase):
     def _halt(self, table: Action, timeout: float | None, **given: object) -> MotionEnd[Any] | None:
         return motion.halt(self._at, table, timeout, given)
 
+    def _halt_each(self, table: Action, timeout: float | None) -> None:
+        motion.halt_each(self._places().values(), table, timeout)
+
     @property
     def session(self) -> FramedSession | CommandSession:
         """The session of the device, for messages without a method."""

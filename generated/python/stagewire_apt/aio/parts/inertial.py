@@ -14,9 +14,9 @@ from stagewire_apt.devices import tables as t
 from stagewire_apt.devices import values as v
 
 __all__ = [
-    "CanMoveJog",
     "CanMoveStart",
     "CanPzmotAckStatusUpdate",
+    "CanPzmotJog",
     "CanPzmotMoveAbsolute",
     "CanPzmotMoveRelative",
     "CanPzmotMoveVelocity",
@@ -2714,6 +2714,57 @@ class CanPzmotMoveRelative(Part):
         """
         return await self._start(t.PZMOT_MOVE_RELATIVE_STORED)
 
+    async def move_steps(
+        self: Mover[Reported],
+        steps: int,
+        *,
+        timeout: float | None = None,
+    ) -> MotionEnd[Reported]:
+        """Move by a distance.
+
+        Starts a move by a distance in steps. The short form uses the stored distance; the long form
+        carries its own. Waits until the motion has ended.
+
+        ``PZMOT_MOVE_RELATIVE``, Programs of the vendor, section Inertial motors.
+
+        :param steps: distance in steps; in counts; scale to mm depends on the stage; from
+            -2147483648 to 2147483647.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises LimitError: if the target is outside the known travel; nothing is sent.
+        :raises MotionUnderWayError: if a motion is under way; nothing is sent.
+        :raises TargetNotReachedError: if the motion ends at another position.
+        :raises ControllerFaultError: if the controller reports a fault.
+        :raises MotionStoppedError: if the motion is stopped.
+        :raises MotionTimeoutError: if the end is not reported in time; the axis may still be
+            moving.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._act(t.PZMOT_MOVE_RELATIVE, timeout, counts=steps)
+
+    async def start_move_steps(self: Mover[Reported], steps: int) -> Motion[Reported]:
+        """Move by a distance without waiting for the end.
+
+        Starts a move by a distance in steps. The short form uses the stored distance; the long form
+        carries its own. Returns a handle for the motion as soon as the message is sent.
+
+        ``PZMOT_MOVE_RELATIVE``, Programs of the vendor, section Inertial motors.
+
+        :param steps: distance in steps; in counts; scale to mm depends on the stage; from
+            -2147483648 to 2147483647.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises LimitError: if the target is outside the known travel; nothing is sent.
+        :raises MotionUnderWayError: if a motion is under way; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._start(t.PZMOT_MOVE_RELATIVE, counts=steps)
+
 
 class CanPzmotMoveAbsolute(Part):
     """Move to a position.
@@ -2838,6 +2889,63 @@ class CanPzmotMoveAbsolute(Part):
         """
         return await self._start(t.PZMOT_MOVE_ABSOLUTE_STORED)
 
+    async def move_to_steps(
+        self: Mover[Reported],
+        steps: int,
+        *,
+        timeout: float | None = None,
+    ) -> MotionEnd[Reported]:
+        """Move to a position.
+
+        Starts a move to a position in steps from the zero, with the parameters of
+        PZMOT_SET_DRIVEOPPARAMS. Waits until the motion has ended.
+
+        A KIM101 moves only the channels that PZMOT_SET_KCUBECHANENABLEMODE enables.
+
+        ``PZMOT_MOVE_ABSOLUTE``, Issue 37, page 402. Errata ``apt37-pzmot-move-absolute-id``,
+        ``apt37-tim-list``.
+
+        :param steps: position in steps; in counts; scale to mm depends on the stage; from
+            -2147483648 to 2147483647.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises LimitError: if the target is outside the known travel; nothing is sent.
+        :raises MotionUnderWayError: if a motion is under way; nothing is sent.
+        :raises TargetNotReachedError: if the motion ends at another position.
+        :raises ControllerFaultError: if the controller reports a fault.
+        :raises MotionStoppedError: if the motion is stopped.
+        :raises MotionTimeoutError: if the end is not reported in time; the axis may still be
+            moving.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._act(t.PZMOT_MOVE_ABSOLUTE, timeout, counts=steps)
+
+    async def start_move_to_steps(self: Mover[Reported], steps: int) -> Motion[Reported]:
+        """Move to a position without waiting for the end.
+
+        Starts a move to a position in steps from the zero, with the parameters of
+        PZMOT_SET_DRIVEOPPARAMS. Returns a handle for the motion as soon as the message is sent.
+
+        A KIM101 moves only the channels that PZMOT_SET_KCUBECHANENABLEMODE enables.
+
+        ``PZMOT_MOVE_ABSOLUTE``, Issue 37, page 402. Errata ``apt37-pzmot-move-absolute-id``,
+        ``apt37-tim-list``.
+
+        :param steps: position in steps; in counts; scale to mm depends on the stage; from
+            -2147483648 to 2147483647.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises LimitError: if the target is outside the known travel; nothing is sent.
+        :raises MotionUnderWayError: if a motion is under way; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._start(t.PZMOT_MOVE_ABSOLUTE, counts=steps)
+
 
 class CanPzmotMoveVelocity(Part):
     """Move until stopped.
@@ -2922,13 +3030,13 @@ class CanPzmotStop(Part):
         return await self._halt(t.PZMOT_STOP, timeout)
 
 
-class CanMoveJog(Part):
+class CanPzmotJog(Part):
     """Jog the motor.
 
     ``PZMOT_MOVE_JOG``; Issue 37, page 404.
     """
 
-    async def move_jog(
+    async def jog(
         self: Mover[Reported],
         jog_dir: e.MoveDirection | str | int,
         *,
@@ -2957,9 +3065,9 @@ class CanMoveJog(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return await self._act(t.MOVE_JOG, timeout, jog_dir=jog_dir)
+        return await self._act(t.PZMOT_JOG, timeout, jog_dir=jog_dir)
 
-    async def start_move_jog(
+    async def start_jog(
         self: Mover[Reported],
         jog_dir: e.MoveDirection | str | int,
     ) -> Motion[Reported | None]:
@@ -2982,7 +3090,7 @@ class CanMoveJog(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return await self._start(t.MOVE_JOG, jog_dir=jog_dir)
+        return await self._start(t.PZMOT_JOG, jog_dir=jog_dir)
 
 
 class WithPzmotStatusUpdate(Part):

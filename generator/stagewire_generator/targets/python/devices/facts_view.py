@@ -24,6 +24,7 @@ from stagewire_generator.targets.python.brackets import (
     mapping,
 )
 from stagewire_generator.targets.python.devices.arguments import table_class
+from stagewire_generator.targets.python.devices.classes_view import enabling_entries
 from stagewire_generator.targets.python.devices.hindrances_view import (
     has_joint_status,
     hindrance_entries,
@@ -350,6 +351,7 @@ def _unit(
     items += _moving(protocol, unit, tables)
     items += hindrance_entries(protocol, unit, tables)
     items += need_entries(protocol, unit, tables)
+    items += enabling_entries(protocol, unit, tables)
     items += position_entries(protocol, unit, tables)
     items += farewell_entries(protocol, unit)
     for argument, of_messages in carried.items():

@@ -20,6 +20,7 @@ _FACTS = (
         "BySetting",
         "ByStage",
         "ByUnit",
+        "Enabling",
         "Facts",
         "Hindrance",
         "Need",
@@ -95,16 +96,22 @@ def units_imports(
     chapters: Collection[str],
     aio: bool,
     typed: bool,
+    tables: bool,
 ) -> tuple[Import, ...]:
     """Return the imports of the module of units.
 
     :param typed: whether classes have types of the values at the end of a motion.
+    :param tables: whether they use the tables of calls.
     """
     parts = [Import(f"{package}.{side}.parts", tuple(chapters))] if chapters else []
     facts = Import(f"{package}.devices.facts", ("FACTS", "UNITS"))
     ours = [*parts, facts] if side < "devices" else [facts, *parts]
+    if tables:
+        ours.insert(int(side < "devices"), Import(f"{package}.devices", ("tables as t",)))
     if typed:
-        ours.insert(1 if side < "devices" else 0, Import(f"{package}.devices", ("values as v",)))
+        ours.insert(
+            int(tables) + (side < "devices"), Import(f"{package}.devices", ("values as v",))
+        )
     return (Import(SUPPORT, tuple(_bases(bases, aio))), *ours)
 
 

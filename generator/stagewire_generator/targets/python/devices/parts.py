@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import groupby
 from typing import NamedTuple
 
@@ -91,6 +92,21 @@ def method_view(protocol: Protocol, call: Call, verb: str, name: str, end: str) 
     body = Nested(f"{result}self.{primitive}(", tuple(given), ")")
     doc = method_doc(protocol, call, verb, (*asked, *arguments), timeout)
     return MethodView(name, signature, doc, body, returns)
+
+
+def also_views(protocol: Protocol, call: Call, verb: str, end: str) -> Iterator[MethodView]:
+    """Make the views of the further methods of a call; each has one argument, the raw value."""
+    if len(call.arguments) != 1:
+        return  # another form of the message has the argument
+    [argument] = call.arguments
+    for name, word in call.message.call.get("also", {}).items():
+        only = replace(call, arguments=(argument._replace(keyword=word, ways=()),))
+        view = method_view(protocol, only, verb, verb + name, end)
+        items = tuple(
+            f"{argument.keyword}={word}" if item == f"{word}={word}" else item
+            for item in view.body.items
+        )
+        yield view._replace(body=view.body._replace(items=items))
 
 
 def asynchronous(method: MethodView) -> MethodView:
@@ -247,11 +263,13 @@ def _classes(
     framing = device_framing_of(protocol)
     shape = framing.shape(protocol, entry)
     taken: dict[str, list[Part]] = {level: [] for level in shape}
-    for part in parts:
-        for level in _takers(framing, protocol, part.calls, shape):
-            taken[level].append(part)
-    classes: list[ClassPlan] = []
     family = protocol.units["families"][entry["family"]]
+    without = family.get("classes", {}).get("without", {})
+    for part in parts:
+        if part.calls[0].message.name not in without:
+            for level in _takers(framing, protocol, part.calls, shape):
+                taken[level].append(part)
+    classes: list[ClassPlan] = []
     for level, (suffix, base) in shape.items():
         if "positions" in family and level == DEVICE:
             base = "PositionsDevice"

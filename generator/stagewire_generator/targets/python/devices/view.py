@@ -10,6 +10,7 @@ from stagewire_generator.model import Json, Protocol
 from stagewire_generator.model_scales import Conflict, Stage
 from stagewire_generator.targets.documentation import evidence_text, sentence, where
 from stagewire_generator.targets.python.brackets import Import, Nested
+from stagewire_generator.targets.python.devices.classes_view import member_sources
 from stagewire_generator.targets.python.devices.documentation import part_doc
 from stagewire_generator.targets.python.devices.facts_view import (
     FactsView,
@@ -31,6 +32,7 @@ from stagewire_generator.targets.python.devices.parts import (
     Part,
     Parts,
     UnitPlan,
+    also_views,
     asynchronous,
     method_view,
     parts_of,
@@ -86,19 +88,26 @@ def _views(
     reported = types.of_unit(unit, plan)
     typed = [f"if TYPE_CHECKING:\n        _reported: {reported}"] if reported else []
     members = []
+    own = [*member_sources(protocol, unit, plan, aio=bool(kind))]
     if plan.level == "device":
         if parts:  # help() begins with the bases of a class: one instead of thirty
             calls = f"_{plan.name}Calls"
             doc = docstring(f"The calls of a {unit.name}{kind}.")
             head = Nested(f"class {calls}(", bases, "):")
-            yield UnitClassView(calls, head, doc, tuple(typed))
-            bases, typed = (calls,), []
+            yield UnitClassView(calls, head, doc, _spaced([*typed, *own]))
+            bases, typed, own = (calls,), [], []
         members += ["facts = FACTS", f"unit = UNITS[{literal(unit.name)}]"]
     if plan.element:
         members.append(f"{_ELEMENTS[plan.base]} = {plan.element}")
-    members += [("\n    " if members else "") + one for one in typed]
+    spaced = _spaced([*typed, *own])
+    members += ["", *spaced] if members and spaced else spaced
     head = Nested(f"class {plan.name}(", bases, "):")
     yield UnitClassView(plan.name, head, _doc(protocol, unit, plan, kind), tuple(members))
+
+
+def _spaced(members: Sequence[str]) -> tuple[str, ...]:
+    """Return members of a class with empty lines between them."""
+    return tuple(line for member in members for line in ("", member.rstrip("\n")))[1:]
 
 
 def _doc(protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str) -> str:
@@ -292,11 +301,13 @@ def _side(
     units = tuple(
         view for unit in parts.units for view in unit_class_views(protocol, unit, kind, types)
     )
-    typed = any("_reported" in member for view in units for member in view.members)
+    members = [member for view in units for member in view.members]
+    typed = any("_reported" in member for member in members)
+    tables = any("(t." in member for member in members)
     every = tuple(view.name for view in units if not view.name.startswith("_"))
     bases = {plan.base for unit in parts.units for plan in unit.classes}
     chapters = [m.name for m in modules]
-    imports = units_imports(protocol.package, package, bases, chapters, aio, typed)
+    imports = units_imports(protocol.package, package, bases, chapters, aio, typed, tables)
     return SideView(
         package=package,
         kind=kind,
@@ -312,6 +323,12 @@ def _part(protocol: Protocol, part: Part, parts: Parts, types: MotionTypes) -> P
         method_view(protocol, call, verb, verb + parts.names[call.constant], types.of_end(call))
         for call in part.calls
         for verb in (part.verbs if call.kind == "set" else call.methods)
+    ]
+    methods += [
+        view
+        for call in part.calls
+        for verb in (call.methods if "also" in call.message.call else ())
+        for view in also_views(protocol, call, verb, types.of_end(call))
     ]
     return PartView(part.name, part_doc(protocol, part.calls[0]), tuple(methods))
 
