@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Iterator, Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.lint.devices import HARMLESS
 from stagewire_generator.lint.classes import wrong_classes
+from stagewire_generator.lint.devices import HARMLESS
 from stagewire_generator.lint.positions import unknown_positions
 from stagewire_generator.model import (
     Json,
