@@ -7,60 +7,17 @@ dataclasses of the model and the JSON Schemas of the plain data, so that no attr
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TypeAlias
-
 from stagewire_generator import model, model_fields, model_scales
+from stagewire_generator.change.entries import (
+    Attribute,
+    Data,
+    Elsewhere,
+    Entries,
+    Ignored,
+    Names,
+    Sequence,
+)
 from stagewire_generator.framing import FRAMINGS, Rules, rules_of
-
-
-@dataclass(frozen=True, slots=True)
-class Names:
-    """Names of other things; renaming one of them is not a change here."""
-
-    kind: str
-    of: str  # an attribute of Matches: message, enumeration, stage ...
-
-
-@dataclass(frozen=True, slots=True)
-class Sequence:
-    """A list whose order matters."""
-
-    kind: str
-
-
-@dataclass(frozen=True, slots=True)
-class Entries:
-    """Named entries in plain data."""
-
-    noun: str
-    added: str
-    removed: str
-
-
-@dataclass(frozen=True, slots=True)
-class Elsewhere:
-    """Compared by a separate function, because the result depends on more than the two values."""
-
-    module: str
-
-
-@dataclass(frozen=True, slots=True)
-class Ignored:
-    """Not compared; with the reason."""
-
-    why: str
-
-
-@dataclass(frozen=True, slots=True)
-class Data:
-    """Plain data: path -> entry, where ``*`` matches any name."""
-
-    table: Mapping[str, str | Names | Sequence | Entries]
-
-
-Attribute: TypeAlias = str | Names | Sequence | Elsewhere | Ignored | Data
 
 _PAIRED = Elsewhere("pairing")
 _PLACE = Ignored("the position in the files")

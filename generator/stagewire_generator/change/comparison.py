@@ -5,15 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stagewire_generator.change.attributes import (
-    ATTRIBUTES,
-    Attribute,
-    Data,
-    Entries,
-    Names,
-    Sequence,
-)
+from stagewire_generator.change.attributes import ATTRIBUTES
 from stagewire_generator.change.changes import KINDS, Change
+from stagewire_generator.change.entries import Attribute, Data, Entries, Names, Sequence
 from stagewire_generator.change.matching import Matches, Pairs
 from stagewire_generator.model import Json
 

@@ -15,16 +15,8 @@ import pytest
 from checkout import ROOT
 from stagewire_generator import model, model_scales
 from stagewire_generator.change import KINDS, ChangeClass, compare
-from stagewire_generator.change.attributes import (
-    ATTRIBUTES,
-    SCALE,
-    Data,
-    Elsewhere,
-    Entries,
-    Ignored,
-    Names,
-    Sequence,
-)
+from stagewire_generator.change.attributes import ATTRIBUTES, SCALE
+from stagewire_generator.change.entries import Data, Elsewhere, Entries, Ignored, Names, Sequence
 from stagewire_generator.model import Protocol
 
 KeyPath = tuple[str, ...]

@@ -19,7 +19,6 @@ from stagewire.errors import (
     OutOfRangeError,
     UnsupportedError,
 )
-from stagewire.quantities import Scale, Stage
 from stagewire_apt import PROTOCOL, TDC001, TSC001, stages
 from stagewire_apt import enumerations as e
 from stagewire_apt import messages as m

@@ -2979,7 +2979,9 @@ class _KSC101Calls(
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
     generic.CanIdentify,
+    motor.WithMotStatusBits,
     motor.CanStop,
+    motor.WithStatusUpdate,
     motor.WithAvModes,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
@@ -2994,7 +2996,7 @@ class _KSC101Calls(
     """The calls of a KSC101."""
 
     if TYPE_CHECKING:
-        _reported: None
+        _reported: v.StatusUpdate
 
 
 class KSC101(_KSC101Calls):
