@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from stagewire.framing import End, FrameEvent
+from stagewire.framing import End
 from stagewire.links import Link
 from stagewire.protocols import FramedMessage, FramedProtocol
 from stagewire.sessions import Matching
@@ -312,14 +312,13 @@ class AptLine(GuardedLink):
 
     def _answers_to(self, request: FramedMessage, dest: int) -> Callable[[Incoming], bool]:
         classes = self._classes_of_answers(request.layout.message)
-        ids = self._matching.ids_of(classes)
+        names = {each.layout.message for each in classes}  # sub-messages share an id
         said = self._matching.selected(request, classes)
 
         def answers(heard: Incoming) -> bool:
-            event = heard.event
-            if not isinstance(event, FrameEvent) or event.id not in ids or heard.message is None:
+            if heard.name not in names:
                 return False
-            source = self._matching.source_of(event.raw)
+            source = self._matching.source_of(heard.raw)
             if source is not None and source != dest:
                 return False
             return all(getattr(heard.message, name, value) == value for name, value in said)

@@ -93,10 +93,13 @@ class Stream:
         ]
 
     def by_channel(self, heard: Iterable[Incoming]) -> dict[int, list[Incoming]]:
-        """Return the received messages of this stream by channel, including channels without messages."""
+        """Return the received messages of this stream by channel, including channels without messages.
+
+        A status without a channel is that of all channels.
+        """
         mine = self.of_it(heard)
         return {
-            number: [each for each in mine if each.channel == number]
+            number: [each for each in mine if each.channel in (number, None)]
             for number in self.place.channels
         }
 

@@ -91,10 +91,11 @@ class ChannelStatus:
     @cached_property
     def bits_alone(self) -> str | None:
         """The message that has the status bits only; None if none is claimed."""
-        channel = getattr(self.declared.protocol, "channel", None)
+        named = {getattr(self.declared.protocol, "channel", None)} & self.fields.keys()
         for answer in self.requests:
-            fields = set(self.declared.registry.fields(answer, "data"))
-            if fields == {channel, _BITS} and self.claims(answer):
+            fields = self.declared.registry.fields(answer, "data")
+            told = {name for name, field in fields.items() if field["role"] == "value"}
+            if told == {*named, _BITS} and self.claims(answer):
                 return answer
         return None
 
@@ -138,17 +139,18 @@ class ChannelStatus:
         return came[-1]
 
     def _is_mine(self, heard: Incoming) -> bool:
-        return bool(self.stream.of_it([heard])) and heard.channel == self.number
+        return bool(self.stream.of_it([heard])) and heard.channel in (self.number, None)
 
 
 def statuses_of(declared: Declaration) -> Iterator[ChannelStatus]:
     """Yield every channel that has a status."""
     for stream in streams_of(declared):
+        alone = len(stream.place.channels) == 1  # messages that name no channel then concern it
         for number in stream.place.channels:
             requests = {
                 answer: request
                 for request in requests_of(declared, stream.place)
-                if request.channel == number
+                if request.channel == number or (alone and request.channel is None)
                 for answer in request.answers
             }
             yield ChannelStatus(declared, stream.place, number, stream, requests)

@@ -265,7 +265,7 @@ def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming]) -
         for each in kinds.values():
             judge_message(trial, place, None, each)
             trial.must(
-                each.channel in place.channels,
+                each.channel in (*place.channels, None),
                 f"{each.name} from {place.name} is for channel {each.channel}; the target has "
                 f"{' and '.join(map(str, place.channels))}",
                 rule=rule_of_channel(trial, each.name),

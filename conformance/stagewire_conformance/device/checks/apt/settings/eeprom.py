@@ -83,7 +83,8 @@ def _run(trial: Trial, placed: PlacedSet, saving: str, channel: int) -> None:
     before = placed.read(trial)
     others = Neighbours.of(trial, placed)
     id = trial.declared.registry.messages[placed.set.set]["id"]
-    message = trial.declared.make(saving, channel, msg_id=id)
+    has_id = "msg_id" in trial.declared.registry.fields(saving, "data")  # a TTC001 saves everything
+    message = trial.declared.make(saving, channel, **({"msg_id": id} if has_id else {}))
     care = CARE.get(placed.set.name, Care())
     saved = dict(before)
     changed = None
