@@ -40,7 +40,7 @@ from ca_client import (
 )  # fmt: skip
 
 MOVE, STOP = b"\x53\x04", b"\x65\x04"
-SOON = 1.0
+SOON = 3.0
 """Seconds from the put of STOP to the stop frame, on a busy machine; `make bench` has a stricter bound."""
 SEARCH, CANCEL, READ_NOTIFY, ECHO, EVENTS_OFF = 6, 2, 15, 23, 8
 NAMES = (
