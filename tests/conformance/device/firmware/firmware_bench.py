@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import stagewire_virtual
 from declared_benches import DeclaredBench
+from stagewire import FramedMessage
 from stagewire.links import Link
+from stagewire_apt import messages as m
 from stagewire_apt import stages
 from stagewire_conformance.device.declaration import known_units
 from stagewire_conformance.device.permissions import Range
@@ -18,6 +20,8 @@ from stagewire_conformance.device.run import run
 from stagewire_virtual import VirtualController
 from stagewire_virtual.factory import simulated_units
 from stagewire_virtual.linking import SteppedLink
+
+HOST, USB = 0x01, 0x50
 
 REPLY_MS = 20.0
 """The reply time that every vendor promises here."""
@@ -89,6 +93,24 @@ def _in_counts(unit: str, channels: int = 1, bays: int = 0, **given: Any) -> Ben
     return Bench(pics, f"0..{travel}counts", lambda **more: factory(travel=travel, **given, **more))
 
 
+def _prepared(
+    unit: str, *messages: FramedMessage, bays: Sequence[int] = (USB,), **given: Any
+) -> Bench:
+    """Return a unit with settings and outputs of its own; each bay gets all messages."""
+    plain = _plain(unit, 30_000)
+
+    def make(seed: int = 0) -> VirtualController:
+        controller = plain.make(seed=seed, **given)
+        for message in messages:
+            for bay in bays:
+                controller.write(message.pack(bay, HOST))
+        controller.advance(0.5)
+        controller.read()
+        return controller
+
+    return replace(plain, make=make)
+
+
 def _rack() -> Bench:
     """Return a rack with a motor module, an empty bay and a piezo module."""
     bays = (BayPics(number=1, unit="MST601"), BayPics(number=3, unit="MPZ601"))
@@ -123,6 +145,20 @@ def _ms2000(unit: str) -> Bench:
     return Bench(pics, "-20..20mm", getattr(stagewire_virtual, unit))
 
 
+_BAYS = (0x21, 0x22, 0x23)
+_THIRD = m.PzSetOutputVolts(1, 10_000)
+"""An output voltage of about a third of the maximum."""
+_HIGHEST = m.PzSetOutputMaxVolts(1, voltage=1500, flags=0)
+_IO = m.KpcSetIoSettings(
+    1,
+    voltage_limit=150,
+    analog_input=3,
+    filter=0,
+    voltage_range=150,
+    force_sense=100,
+    strain_gauge_option=0,
+)
+
 _SPECIAL: Mapping[str, Bench] = {
     "TDC001": _on_stage("TDC001", "Z8", "0..12mm", "0..5mm"),
     "BBD102": _on_stage("BBD102", "MLS203", "0..110mm", "0..40mm", bays=2),
@@ -132,6 +168,14 @@ _SPECIAL: Mapping[str, Bench] = {
     "ODC001": _in_counts("ODC001"),
     "BSC002": _in_counts("BSC002", channels=2),
     "BSC102": _in_counts("BSC102", bays=2),
+    "KPZ101": _prepared("KPZ101", m.PzSetTpzIoSettings(1, 3, 1), _THIRD),
+    "KPC101": _prepared("KPC101", _IO, _THIRD),
+    "KSG101": _prepared("KSG101", position=50),
+    "BPC302": _prepared("BPC302", _HIGHEST, _THIRD, bays=_BAYS[:2]),
+    "BPC303": _prepared("BPC303", _HIGHEST, _THIRD, bays=_BAYS),
+    "PPC001": _prepared("PPC001", _HIGHEST, _THIRD),
+    "PPC102": _prepared("PPC102", _HIGHEST, _THIRD, bays=_BAYS[:2]),
+    "CT1P": _prepared("CT1P", _THIRD),
     "RACK": _rack(),
     "BSC103 with an empty bay": _with_an_empty_bay(),
     "TDC001 on RS-232": _on_rs232(),

@@ -153,6 +153,7 @@ _CHANNELS_OF: Final[Mapping[str, str]] = {
     "MOT_GET_DCSTATUSUPDATE": "dc-status-always-chan1",
     "PZ_GET_PZSTATUSUPDATE": "piezo-update-always-chan1",
     "PZ_GET_IOSETTINGS": "io-channel",
+    "PZ_GET_PPC_IOSETTINGS": "ppc-io-channel",
     "PZ_GET_TPZ_IOSETTINGS": "tpz-channel",
     "PZ_GET_TSG_IOSETTINGS": "tsg-channel",
     "PZ_GET_OUTPUTLUT": "lut-channel",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from stagewire_conformance.device.checks.apt import piezo_rules
+
 FIELDS: Final[Mapping[str, str]] = {
     "MOT_GET_KCUBEMMIPARAMS.js_mode": "wheel-modes",
     "MOT_GET_KCUBEMMIPARAMS.dir_sense": "wheel-directions",
@@ -40,11 +42,13 @@ FIELDS: Final[Mapping[str, str]] = {
     "dig_io2_sig_mode": "flipper-signal-modes",
     "dig_io1_pulse_width": "flipper-pulse-range",
     "dig_io2_pulse_width": "flipper-pulse-range",
+    **piezo_rules.FIELDS,
 }
 """Field, or message and field -> the rule about its values."""
 
 MESSAGES: Final[Mapping[str, str]] = {
     "MOT_GET_KCUBEKSTLOOPPARAMS": "stepper-loop-ranges",
+    **piezo_rules.MESSAGES,
 }
 """Message -> the rule about the values of all its other fields."""
 
@@ -66,6 +70,7 @@ SETS: Final[Mapping[str, str]] = {
     "MOT_SET_LCDDISPLAYPARAMS": "front-panel-display",
     "MOT_SET_LCDMOVEPARAMS": "front-panel-moves",
     "MOT_SET_MFF_OPERPARAMS": "flipper-parameters",
+    **piezo_rules.SETS,
 }
 """SET message -> the rule that it sets its parameters."""
 

@@ -8,8 +8,10 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.outputs import (
     enable,
     flipper,
+    limits,
     lut,
     piezo_outputs,
+    reading,
     solenoid,
     zero,
 )
@@ -22,8 +24,10 @@ KINDS: Final[tuple[Kind, ...]] = (
     piezo_outputs.POSITION,
     piezo_outputs.MODE,
     piezo_outputs.SLEW,
+    limits.KIND,
     lut.KIND,
     zero.KIND,
+    reading.KIND,
     solenoid.STATE,
     solenoid.MODE,
     solenoid.INTERLOCK,

@@ -28,7 +28,7 @@ from stagewire_conformance.device.checks.apt.enable_state import (
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import lacks_range, motors, unseen
 from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_volts, output_check
-from stagewire_conformance.device.checks.apt.outputs.piezo import Piezo, bits_are_printed
+from stagewire_conformance.device.checks.apt.outputs.piezo import Piezo, bits_are_known
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.care import CARE, When
 from stagewire_conformance.device.checks.apt.settings.readback import write_and_read
@@ -60,7 +60,7 @@ def _bits_of(place: Target) -> tuple[str, ...]:
     """Return the request and the message that have the enabled bit; empty if none is claimed."""
     if place.status == "dc" and "MOT_REQ_STATUSBITS" in place.messages:
         return "MOT_REQ_STATUSBITS", "MOT_GET_STATUSBITS"
-    if bits_are_printed(place) and "PZ_REQ_PZSTATUSBITS" in place.messages:
+    if bits_are_known(place) and "PZ_REQ_PZSTATUSBITS" in place.messages:
         return "PZ_REQ_PZSTATUSBITS", "PZ_GET_PZSTATUSBITS"
     return ()
 

@@ -30,8 +30,6 @@ _MESSAGES: Final = (
     "PZ_START_LUTOUTPUT",
     "PZ_STOP_LUTOUTPUT",
     "PZ_SET_OUTPUTLUT",
-    "PZ_REQ_OUTPUTLUT",
-    "PZ_GET_OUTPUTLUT",
     "PZ_SET_OUTPUTLUTPARAMS",
     "PZ_REQ_OUTPUTLUTPARAMS",
     "PZ_GET_OUTPUTLUTPARAMS",
@@ -240,7 +238,7 @@ def _load(wave: _Waveform) -> None:
     """Load the samples. Restore the parameters later, and the samples as far as they can be read."""
     piezo, trial = wave.piezo, wave.piezo.trial
     sets = {one.set: one for one in parameter_sets(trial.declared, piezo.place)}
-    for name in ("PZ_SET_OUTPUTLUTPARAMS", "PZ_SET_OUTPUTLUT"):
+    for name in sorted({"PZ_SET_OUTPUTLUTPARAMS", "PZ_SET_OUTPUTLUT"} & sets.keys(), reverse=True):
         placed = PlacedSet(piezo.place, piezo.channel, sets[name])
         before = placed.read(trial)
         trial.undo(f"{name} at {placed.text}", partial(placed.put_back, trial, before))

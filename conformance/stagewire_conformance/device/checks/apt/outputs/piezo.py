@@ -45,16 +45,23 @@ _REPORT: Final = 1.0
 """Seconds within which a status message arrives."""
 
 
-def bits_are_printed(place: Target) -> bool:
-    """Return whether the document defines the status bits of a unit (pages 101 to 104)."""
-    return place.unit.name == "TPZ001" or place.unit.name.startswith("BPC")
+_WITH_BITS: Final = ("TPZ001", "KPZ101", "KSG101", "KPC101", "PPC001", "PPC102", "MPZ601")
+
+
+def bits_are_known(place: Target) -> bool:
+    """Return whether a document or a C header of the vendor defines the status bits of a unit.
+
+    The documents do for the TPZ001, the KPZ101 and the BPC series (pages 101 to 104).
+    """
+    return place.unit.name in _WITH_BITS or place.unit.name.startswith("BPC")
 
 
 @dataclass(frozen=True)
 class PiezoStatus:
     """The content of a status message (page 103).
 
-    :param bits: the status bits, by the table of the BPC series, which includes those of the TPZ001.
+    :param bits: the status bits, by the table of the BPC series; the bits that the checks use have the same
+        places in all tables.
     """
 
     time: float
@@ -217,6 +224,46 @@ class Piezo:
         """End the check without a verdict."""
         self.trial.inconclusive(why)
         raise EnoughError
+
+
+@dataclass(frozen=True)
+class Others:
+    """The set voltages of all other channels, which a voltage to one channel must not change.
+
+    :param piezo: the channel that is changed.
+    :param volts: the voltage of each other channel.
+    """
+
+    piezo: Piezo
+    volts: tuple[tuple[Piezo, int], ...]
+
+    @classmethod
+    def of(cls, piezo: Piezo) -> Others:
+        """Read the voltages of the other channels that have them."""
+        found = [
+            Piezo(piezo.trial, place, channel)
+            for place in piezo.trial.declared.places
+            for channel in place.channels
+            if (place, channel) != (piezo.place, piezo.channel)
+            and place.messages >= {"PZ_REQ_OUTPUTVOLTS", "PZ_GET_OUTPUTVOLTS"}
+        ]
+        return cls(piezo, tuple((other, other.volts) for other in found))
+
+    def judge(self, told: str) -> None:
+        """Report other channels whose voltage has changed.
+
+        :param told: the message and its value.
+        """
+        for other, was in self.volts:
+            now = other.volts
+            self.piezo.trial.must(
+                now == was,
+                f"after {told} to {self.piezo.text}, PZ_GET_OUTPUTVOLTS of {other.text} returned {now} "
+                f"instead of {was}; it should be unchanged",
+                rule="module-channels"
+                if other.place == self.piezo.place
+                else "slot-addressed-by-destination",
+            )
 
 
 _UNITS: Final = {"output_volts": "V", "piezo_position": "um"}

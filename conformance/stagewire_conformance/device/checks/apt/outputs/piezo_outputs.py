@@ -28,8 +28,9 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import (
     FULL_SCALE,
     HELD,
     OPEN,
+    Others,
     Piezo,
-    bits_are_printed,
+    bits_are_known,
 )
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, parameter_sets
 
@@ -61,6 +62,8 @@ VOLTS = Kind(
         "output-position-closed-loop-only",
         "piezo-update-voltage",
         "piezo-update-content",
+        "module-channels",
+        "slot-addressed-by-destination",
     ),
 )
 
@@ -101,6 +104,7 @@ def _volts(trial: Trial, place: Target, channel: int) -> None:
     low, high = piezo.span("output_volts")
     step = piezo.step(before, (low, high))
     piezo.begin()
+    others = Others.of(piezo)
     trial.undo(
         f"output voltage of {piezo.text}",
         lambda: piezo.send(m.PzSetOutputVolts(channel, before)),
@@ -114,6 +118,7 @@ def _volts(trial: Trial, place: Target, channel: int) -> None:
         told = f"PZ_SET_OUTPUTVOLTS {target}"
         piezo.send(m.PzSetOutputVolts(channel, target))
         _judge_told(piezo, told, target, piezo.volts, before)
+        others.judge(told)
         if not piezo.judge_seen("voltage", target, told):
             return
     position = max(0, min(FULL_SCALE, abs(before)))
@@ -169,7 +174,7 @@ def _enter_closed_loop(piezo: Piezo) -> tuple[int, int]:
     span = piezo.span("piezo_position")
     piezo.begin()
     status = piezo.status()
-    if not (bits_are_printed(piezo.place) and status.bits.strain_gauge_connected):
+    if not (bits_are_known(piezo.place) and status.bits.strain_gauge_connected):
         piezo.give_up(f"{piezo.text} does not report a strain gauge, so its loop was not closed")
     set_position = piezo.set_position
     for what, value in (("is at", status.position), ("would go to", set_position)):
@@ -272,7 +277,7 @@ def _judge_mode(piezo: Piezo, mode: PositionControlMode) -> None:
         cause=Cause("PZ_SET_POSCONTROLMODE", EFFECT),
     )
     status = piezo.status()
-    if bits_are_printed(piezo.place):
+    if bits_are_known(piezo.place):
         piezo.trial.must(
             status.bits.closed_loop == (mode in CLOSED),
             f"{piezo.text} is in mode {mode.name}, but {status.heard.name} reports closed_loop "

@@ -103,6 +103,7 @@ KIND = Kind(
         "tpz-channel",
         "tsg-channel",
         "io-channel",
+        "ppc-io-channel",
         "status-always-chan1",
         "dc-status-always-chan1",
         "lut-channel",

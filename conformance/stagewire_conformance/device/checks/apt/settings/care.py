@@ -108,6 +108,17 @@ def _all(varied: Varied, *names: str) -> dict[str, Varied]:
     return dict.fromkeys(names, varied)
 
 
+_PORTS: Final[Mapping[str, Varied]] = {
+    **_all(Varied(How.LISTED, values=_UNUSED), "trig1_mode", "trig2_mode"),
+    **_all(_LISTED, "trig1_polarity", "trig2_polarity"),
+}
+_LIMITED_PORTS: Final[Mapping[str, Varied]] = {
+    **_PORTS,
+    **_all(_NEAR, "lower_lim", "upper_lim", "smoothing_samples"),
+}
+_UNUSED_PORTS: Final = {"trig1_mode": _UNUSED, "trig2_mode": _UNUSED}
+
+
 CARE: Final[Mapping[str, Care]] = {
     "MOT_VELPARAMS": Care(_all(_LOWER, "acceleration", "max_velocity"), zero=("min_velocity",)),
     "MOT_JOGPARAMS": Care(
@@ -203,7 +214,45 @@ CARE: Final[Mapping[str, Care]] = {
         first_channel=True,  # page 119
     ),
     "PZ_TSG_IOSETTINGS": Care({"display_mode": _LISTED, "force_calib": _NEAR}),
-    # Issue 37. The display and the joystick of a BBD30x belong to all its channels. Ports that output
+    # Issue 37: piezo controllers. Wheels and ports keep what they do; the monitor output may be in use.
+    "PZ_PPC_PIDCONSTS": Care(
+        {
+            **_all(_LOWER, "pid_consts_p", "pid_consts_i", "pid_consts_d", "pid_consts_dfc"),
+            "pid_deriv_filter_on": _LISTED,
+        },
+        when=When.OPEN_LOOP,
+    ),
+    "PZ_PPC_NOTCHPARAMS": Care(
+        {
+            **_all(_NEAR, "filter1_fc", "filter1_q", "filter2_fc", "filter2_q"),
+            **_all(_LISTED, "notch_filter1_on", "notch_filter2_on"),
+        },
+        when=When.OPEN_LOOP,
+        only_if={"filter_no": (3,)},  # the message addresses both filters
+    ),
+    "PZ_PPC_IOSETTINGS": Care(_all(_LISTED, "fp_brightness"), when=When.OPEN_LOOP),
+    "PZ_PIDCRITERIA": Care(_all(_NEAR, "target_error_window"), when=When.OPEN_LOOP),
+    "KPZ_KCUBEMMIPARAMS": Care(
+        {
+            **_all(_LOWER, "js_volt_step", "disp_brightness", "disp_dim_level"),
+            **_all(_NEAR, "preset_volt1", "preset_volt2", "disp_timeout"),
+        }
+    ),
+    "KPC_KCUBEMMIPARAMS": Care(
+        {
+            **_all(_LOWER, "js_volt_step", "js_pos_step", "disp_brightness", "disp_dim_level"),
+            **_all(_NEAR, "preset_volt1", "preset_volt2", "preset_pos1", "preset_pos2"),
+            "disp_timeout": _NEAR,
+        }
+    ),
+    "KSG_KCUBEMMIPARAMS": Care(
+        {**_all(_LOWER, "disp_intensity", "disp_dim_level"), "disp_timeout": _NEAR}
+    ),
+    "KPZ_KCUBETRIGIOCONFIG": Care(_PORTS, only_if=_UNUSED_PORTS),
+    "KSG_KCUBETRIGIOCONFIG": Care(_LIMITED_PORTS, only_if=_UNUSED_PORTS),
+    "KPC_KCUBETRIGIOCONFIG": Care(_LIMITED_PORTS, only_if=_UNUSED_PORTS),
+    "KPC_IOSETTINGS": Care(_all(_NEAR, "force_sense")),
+    # Issue 37: motors. The display and the joystick of a BBD30x belong to all its channels. Ports that output
     # something keep their settings, because a change could reach the connected equipment.
     "MOT_KCUBEMMIPARAMS": Care(
         {
@@ -213,13 +262,7 @@ CARE: Final[Mapping[str, Care]] = {
             "js_sensitivity": Varied(How.LOWER, floor=1, advised=True),
         }
     ),
-    "MOT_KCUBETRIGIOCONFIG": Care(
-        {
-            **_all(Varied(How.LISTED, values=_UNUSED), "trig1_mode", "trig2_mode"),
-            **_all(_LISTED, "trig1_polarity", "trig2_polarity"),
-        },
-        only_if={"trig1_mode": _UNUSED, "trig2_mode": _UNUSED},
-    ),
+    "MOT_KCUBETRIGIOCONFIG": Care(_PORTS, only_if=_UNUSED_PORTS),
     "MOT_KCUBEPOSTRIGPARAMS": Care(
         {
             **_all(_WIDE, "start_pos_fwd", "start_pos_rev"),
