@@ -87,6 +87,6 @@ OF_VALUES: Final = tuple(dict.fromkeys((*FIELDS.values(), *MESSAGES.values())))
 """The rules about values, each once."""
 
 OF_SETTINGS: Final = tuple(
-    rule for rule in (*OF_VALUES, *SETS.values()) if rule not in OF_CONNECTORS
+    rule for rule in dict.fromkeys((*OF_VALUES, *SETS.values())) if rule not in OF_CONNECTORS
 )
 """The rules about parameter sets that are read back, and about their values."""

@@ -6,6 +6,7 @@ at the end: a higher one could damage the actuator.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
-_LIMITS: Final = {
+_LIMITS: Final[Mapping[str, Mapping[str, tuple[int, ...]]]] = {
     "PZ_SET_TPZ_IOSETTINGS": {"voltage_limit": (1, 2, 3)},
     "KPC_SET_IOSETTINGS": {"voltage_limit": (75, 100, 150), "voltage_range": (75, 150)},
     "PZ_SET_OUTPUTMAXVOLTS": {"voltage": (750, 1000, 1500)},
@@ -44,12 +45,18 @@ _MESSAGES: Final = (
 KIND = Kind(
     name="piezo-limit",
     title="The maximum voltage of an output can be lowered",
-    rules=("tpz-io-settings", "tpz-voltage-limits", "max-voltage", "max-voltage-range"),
+    rules=(
+        "output-volts",
+        "tpz-io-settings",
+        "tpz-voltage-limits",
+        "max-voltage",
+        "max-voltage-range",
+    ),
 )
 
 
 def _settings(place: Target) -> tuple[str, ...]:
-    return tuple(name for name in _LIMITS if name in place.messages)
+    return tuple(name for name in _LIMITS if name in place.listed)
 
 
 @output_check(
@@ -60,9 +67,7 @@ def _settings(place: Target) -> tuple[str, ...]:
     settings=True,
     lacks=lacks_volts,
     also=_settings,
-    skip=lambda declared, place: (
-        "" if _settings(place) else f"{place.name} has no setting for its maximum voltage"
-    ),
+    fits=_settings,
 )
 def _run(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)

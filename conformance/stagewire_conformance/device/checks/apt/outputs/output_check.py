@@ -31,6 +31,7 @@ def output_check(
     lacks: Callable[[Declaration, Permissions, Target], str] = lambda declared, allowed, place: "",
     also: Callable[[Target], tuple[str, ...]] = lambda place: (),
     skip: Callable[[Declaration, Target], str] = lambda declared, place: "",
+    fits: Callable[[Target], object] = lambda place: True,
 ) -> Callable[[_Look], _Look]:
     """Declare a function as a check of each channel whose target has some messages; a decorator.
 
@@ -39,12 +40,13 @@ def output_check(
     :param settings: whether the check also changes settings.
     :param also: returns further messages of a target that the check uses.
     :param skip: returns why the PICS excludes a target, apart from the messages.
+    :param fits: returns whether a target has what the check is about, apart from the messages.
     :param lacks: returns why the permissions do not suffice for a target.
     """
 
     def cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         for place in declared.places:
-            if not place.listed.issuperset(messages):
+            if not place.listed.issuperset(messages) or not fits(place):
                 continue
             for channel in place.channels:
                 yield Case(
