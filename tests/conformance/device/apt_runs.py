@@ -35,7 +35,7 @@ UNITS = {
 SETTINGS = ("readback", "counters", "channels", "bays-apart", "loops", "eeprom")
 OUTPUTS = (
     "enable", "digital-outputs", "piezo-volts", "piezo-position", "piezo-mode", "piezo-slew", "piezo-lut",
-    "piezo-zero", "solenoid-state", "solenoid-mode", "interlock-mode",
+    "piezo-limit", "piezo-zero", "strain-gauge", "solenoid-state", "solenoid-mode", "interlock-mode",
 )  # fmt: skip
 MOVES = (
     "move-absolute", "move-relative", "move-stored", "move-jog", "move-velocity", "move-stop", "suspend",

@@ -37,10 +37,9 @@ PUTTING_BACK = tuple(
 """Kinds that restore everything. Limits can be approached only if the zero is known."""
 
 UNDECIDED = {
-    **{key: {"piezo-position", "piezo-zero"} for key in ("MPZ601", "KPC101", "CT1P")},
-    **{key: {"piezo-position"} for key in ("KPZ101", "PPC001", "PPC102")},
+    "CT1P": {"piezo-position", "piezo-zero"},
 }
-"""Kinds that cannot run, because the document does not define the status bits of the unit."""
+"""Kinds that cannot run, because no source defines the status bits of the unit."""
 SLOW = {
     "CR1_Z6": {"backlash", "move-absolute", "profile"},
     "CR1_Z7": {"backlash", "move-absolute", "profile"},

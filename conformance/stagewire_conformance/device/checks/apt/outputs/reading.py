@@ -50,7 +50,6 @@ def _cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 @KIND.check(
     "The smoothed reading of {output} follows its reading",
     messages=_MESSAGES,
-    does="reads the strain gauge for up to two seconds",
     each=_cases,
 )
 def _run(trial: Trial, place: Target, channel: int) -> None:
