@@ -268,8 +268,16 @@ def test_a_range_without_a_scale_is_reported_and_nothing_runs() -> None:
 
 def test_voltages_and_positions_of_piezos_have_separate_ranges() -> None:
     for motion, runs, lacks in (
-        ("0..20V", {"piezo-volts", "piezo-lut", "piezo-zero", "enable"}, {"piezo-position"}),
-        ("0..5um", {"piezo-position"}, {"piezo-volts", "piezo-lut", "piezo-zero", "enable"}),
+        (
+            "0..20V",
+            {"piezo-volts", "piezo-lut", "piezo-limit", "piezo-zero", "enable"},
+            {"piezo-position"},
+        ),
+        (
+            "0..5um",
+            {"piezo-position"},
+            {"piezo-volts", "piezo-lut", "piezo-limit", "piezo-zero", "enable"},
+        ),
     ):
         on = bench("BPC001")
         allowed = Permissions(motion=Range.parse(motion), settings=True)

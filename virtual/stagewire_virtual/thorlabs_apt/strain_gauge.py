@@ -19,7 +19,7 @@ from stagewire_virtual.thorlabs_apt.piezo.actuator import (
     finite,
     travel_and_share,
 )
-from stagewire_virtual.thorlabs_apt.piezo.ports import TriggerPorts
+from stagewire_virtual.thorlabs_apt.piezo.panel import TriggerPorts
 
 SAMPLE_TIME: Final = SECOND // 500
 """Readings are sampled at 500 Hz (page 129)."""

@@ -31,9 +31,8 @@ from stagewire_virtual.thorlabs_apt.piezo.actuator import (
     travel_and_share,
 )
 from stagewire_virtual.thorlabs_apt.piezo.drive import CLOSED_LOOP_MODES, Drive
-from stagewire_virtual.thorlabs_apt.piezo.ports import TriggerPorts
+from stagewire_virtual.thorlabs_apt.piezo.panel import TriggerPorts, Wheel
 from stagewire_virtual.thorlabs_apt.piezo.waveform import WaveformGenerator
-from stagewire_virtual.thorlabs_apt.piezo.wheel import Wheel
 
 
 def refusal(message: FramedMessage, drive: Drive) -> str | None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from stagewire_conformance.device.checks.apt import piezo_rules
-
 FIELDS: Final[Mapping[str, str]] = {
     "MOT_GET_KCUBEMMIPARAMS.js_mode": "wheel-modes",
     "MOT_GET_KCUBEMMIPARAMS.dir_sense": "wheel-directions",
@@ -42,13 +40,27 @@ FIELDS: Final[Mapping[str, str]] = {
     "dig_io2_sig_mode": "flipper-signal-modes",
     "dig_io1_pulse_width": "flipper-pulse-range",
     "dig_io2_pulse_width": "flipper-pulse-range",
-    **piezo_rules.FIELDS,
+    "control_src": "ppc-io-sources",
+    "monitor_op_sig": "ppc-io-monitor",
+    "monitor_op_bw": "ppc-io-monitor",
+    "feedback_src": "ppc-io-feedback",
+    "fp_brightness": "ppc-io-brightness",
+    "criterion": "ct1p-criterion",
+    "KPZ_GET_KCUBEMMIPARAMS.disp_brightness": "kpz-display-brightness",
+    "KPZ_GET_KCUBEMMIPARAMS.disp_timeout": "kpz-display-timeout",
+    "KPZ_GET_KCUBEMMIPARAMS.disp_dim_level": "kpz-display-dim-level",
+    "KSG_GET_KCUBEMMIPARAMS.disp_intensity": "ksg-display",
+    "KSG_GET_KCUBEMMIPARAMS.disp_timeout": "ksg-display-timeout",
+    "KSG_GET_KCUBEMMIPARAMS.disp_dim_level": "ksg-display-dim-level",
+    "KSG_GET_KCUBETRIGIOCONFIG.lower_lim": "ksg-trigger-limits",
+    "KSG_GET_KCUBETRIGIOCONFIG.upper_lim": "ksg-trigger-limits",
 }
 """Field, or message and field -> the rule about its values."""
 
 MESSAGES: Final[Mapping[str, str]] = {
     "MOT_GET_KCUBEKSTLOOPPARAMS": "stepper-loop-ranges",
-    **piezo_rules.MESSAGES,
+    "PZ_GET_PPC_PIDCONSTS": "ppc-pid-ranges",
+    "PZ_GET_PPC_NOTCHPARAMS": "ppc-notch-filters",
 }
 """Message -> the rule about the values of all its other fields."""
 
@@ -70,7 +82,14 @@ SETS: Final[Mapping[str, str]] = {
     "MOT_SET_LCDDISPLAYPARAMS": "front-panel-display",
     "MOT_SET_LCDMOVEPARAMS": "front-panel-moves",
     "MOT_SET_MFF_OPERPARAMS": "flipper-parameters",
-    **piezo_rules.SETS,
+    "PZ_SET_PPC_PIDCONSTS": "ppc-pid-constants",
+    "PZ_SET_PPC_NOTCHPARAMS": "ppc-notch-filters",
+    "PZ_SET_PPC_IOSETTINGS": "ppc-io-settings",
+    "PZ_SET_PIDCRITERIA": "ct1p-criterion",
+    "KPZ_SET_KCUBEMMIPARAMS": "kpz-panel",
+    "KPZ_SET_KCUBETRIGIOCONFIG": "kpz-trigger-ports",
+    "KSG_SET_KCUBEMMIPARAMS": "ksg-display",
+    "KSG_SET_KCUBETRIGIOCONFIG": "ksg-trigger-ports",
 }
 """SET message -> the rule that it sets its parameters."""
 
