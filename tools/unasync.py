@@ -72,10 +72,12 @@ PASSAGES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("from stagewire._devices.opening import Opening\n", ""),
         ("        return Opening(device)\n", "        device._connect()\n        return device\n"),
         (
-            "the controller on it, to await or to enter. Nothing moves.\n\n"
+            "the controller on it, to await or to enter. Nothing moves.\n\n        The output of a laser or "
+            "heater is switched off, unless ``on_close`` is ``leave``.\n\n"
             "        ``async with TDC001.open(url) as tdc:`` closes it at the end. After ``tdc = await "
             "TDC001.open(url)``,\n        call :meth:`close`.\n",
-            "the controller on it. Nothing moves.\n",
+            "the controller on it. Nothing moves.\n\n        The output of a laser or heater is switched "
+            "off, unless ``on_close`` is ``leave``.\n",
         ),
     ),
     "_devices/asynchronous/transport.py": (

@@ -130,11 +130,19 @@ def _way_out(error: UnknownScaleError) -> str:
 
 
 @contextmanager
-def opened(url: str, unit: str | None, *, bay: int | None = None, **options: Any) -> Iterator[Any]:
+def opened(
+    url: str,
+    unit: str | None,
+    *,
+    bay: int | None = None,
+    keeps_outputs: bool = True,
+    **options: Any,
+) -> Iterator[Any]:
     """Open a controller for a block, ready for commands.
 
     :param unit: its name; None detects it.
     :param bay: its bay in the rack, if it is a module.
+    :param keeps_outputs: whether a laser or heater that is on stays on; only a stop switches it off.
     :param options: options of its class; None means not given.
 
     Raises :class:`CalledWronglyError` for an unknown unit or stage, and
@@ -148,6 +156,8 @@ def opened(url: str, unit: str | None, *, bay: int | None = None, **options: Any
         device_type, given = device_class(name), {**model_option(name), **given}
         if bay is not None and device_type.unit.kind == "bay":
             given["bay"] = bay
+        if keeps_outputs and device_type.unit.safe_state:
+            given["on_close"] = "leave"
         device = device_type.open(url, **given)
     with device, device.low_level() if hasattr(device, "low_level") else nullcontext():
         yield device

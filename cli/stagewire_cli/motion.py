@@ -225,6 +225,9 @@ def stop(
 
     If --unit or the USB plug identifies the unit, the stop is the first message that is sent. Options of move
     and home are accepted and ignored, so you can repeat a command line with `stop` instead of `move`.
+
+    A laser or heater is switched off, and the loops of a NanoTrak or a position aligner end. A TTC001 is
+    first asked for its sensor.
     """
     from stagewire_cli.motion_session import PartAddress, run_stop
 

@@ -213,9 +213,14 @@ def run_stop(where: PartAddress, address: int | None = None) -> None:
             bay=where.bay,
             address=address,
             identify=False,
+            keeps_outputs=False,
             motion_timeout=_STOP_TIMEOUT,
         ) as device:
             parts = where.parts(device)
+            if hasattr(device, "stop") and not all(
+                hasattr(part, "stop") for part in parts.values()
+            ):
+                parts = {"": device}  # its channels are stopped together
             for part in parts.values():
                 _call(device, part, "stop")
             with ThreadPoolExecutor(max_workers=len(parts)) as threads:

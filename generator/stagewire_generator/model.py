@@ -17,6 +17,9 @@ from stagewire_generator.model_scales import Controller, Quantity, Stage
 
 Json = dict[str, Any]
 
+STATES = ("safe_state", "stop_state")
+"""Keys of a unit whose messages bring its outputs into a state."""
+
 _NUMBER = re.compile(r"[0-9]{1,4}\Z")  # an issue that readers know by its number
 
 

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from stagewire._devices.asynchronous.parts import Motion as AsyncMotion
     from stagewire._devices.asynchronous.parts import Mover as AsyncMover
     from stagewire._devices.asynchronous.parts import Part as AsyncPart
+    from stagewire._devices.asynchronous.parts import Stoppable as AsyncStoppable
     from stagewire._devices.scales import ByCase, BySetting, ByStage, ByUnit, Rule
     from stagewire._devices.synchronous.devices import (
         AxesDevice,
@@ -64,11 +65,13 @@ if TYPE_CHECKING:
         Motion,
         Mover,
         Part,
+        Stoppable,
     )
     from stagewire._devices.tables import (
         Action,
         Given,
         MotionEnd,
+        Order,
         ParameterSet,
         Poll,
         Query,
@@ -147,6 +150,7 @@ __all__ = [
     "AsyncRackDevice",
     "AsyncSingleChannelDevice",
     "AsyncSingleChannelModule",
+    "AsyncStoppable",
     "AxesDevice",
     "Axis",
     "Bay",
@@ -191,6 +195,7 @@ __all__ = [
     "NamedByUnit",
     "Need",
     "Number",
+    "Order",
     "PacketMessage",
     "PacketProtocol",
     "ParameterSet",
@@ -217,6 +222,7 @@ __all__ = [
     "SingleChannelModule",
     "Stage",
     "StageReport",
+    "Stoppable",
     "Stored",
     "Sum",
     "Told",
@@ -259,7 +265,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
                 "Bits BitsByUnit InUnits Named NamedByUnit Raw RawBytes RawIntegers RawText Real Values"
             ),
             "_devices.tables": (
-                "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Reported "
+                "Action Command=DeviceCommand Given MotionEnd Order ParameterSet Poll Query Reported "
                 "Stored"
             ),
             "_devices.scales": "ByCase BySetting ByStage ByUnit Rule",
@@ -274,7 +280,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
                 "AxesDevice ChannelsDevice Device ModuleDevice PositionsDevice RackDevice "
                 "SingleChannelDevice SingleChannelModule"
             ),
-            "_devices.synchronous.parts": "Axis Bay Channel ChannelsBay Motion Mover Part",
+            "_devices.synchronous.parts": "Axis Bay Channel ChannelsBay Motion Mover Part Stoppable",
             "_devices.asynchronous.devices": (
                 "AxesDevice=AsyncAxesDevice ChannelsDevice=AsyncChannelsDevice "
                 "Device=AsyncDevice ModuleDevice=AsyncModuleDevice "
@@ -284,7 +290,8 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             ),
             "_devices.asynchronous.parts": (
                 "Axis=AsyncAxis Bay=AsyncBay Channel=AsyncChannel ChannelsBay=AsyncChannelsBay "
-                "Motion=AsyncMotion Mover=AsyncMover Part=AsyncPart"
+                "Motion=AsyncMotion Mover=AsyncMover Part=AsyncPart "
+                "Stoppable=AsyncStoppable"
             ),
         },
     )

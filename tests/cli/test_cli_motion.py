@@ -440,11 +440,20 @@ def test_a_moving_stage_is_not_moved(stagewire: Stagewire, attach: Attach) -> No
 
 
 def test_a_unit_without_a_stop_is_refused(stagewire: Stagewire, attach: Attach) -> None:
-    with virtual.TPZ001() as piezo:
-        attach(piezo)
-        result = stagewire("stop", URL, "--unit", "TPZ001")
+    with virtual.TSG001() as reader:
+        attach(reader)
+        result = stagewire("stop", URL, "--unit", "TSG001")
     assert result.code == 2
-    assert "TPZ001 does not support stop" in result.err
+    assert "TSG001 does not support stop" in result.err
+
+
+def test_a_stop_ends_the_waveform_of_a_piezo(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.TPZ001() as piezo:
+        line = attach(piezo)
+        result = stagewire("stop", URL, "--unit", "TPZ001")
+    assert result.code == 0
+    assert "TPZ001: stop was sent" in result.out
+    assert b"".join(line.written).startswith(bytes.fromhex("070701005001"))
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends a signal")

@@ -92,7 +92,8 @@ _EXCHANGE = Data(
 _TIME = ("set", "field", "counts", "factor", "exponent")
 _WITH_SOURCE = ("units/*/hardware_type", "units/*/sends/*", "units/*/also_at", "units/*/baud_rates",
                 "families/*/reports_stage", "families/*/also_at", "families/*/pause",
-                "families/*/positions", "families/*/classes/enabling")  # fmt: skip
+                "families/*/positions", "families/*/classes/enabling",
+                *map("units/*/{}".format, model.STATES))  # fmt: skip
 _ALSO_AT = ("addresses", "preferred")
 _POSITIONS = ("move", "argument", "values", "read", "bits", *map("time/{}".format, _TIME))
 _ENABLING = ("set", "field", "disables_others", "before_motions")
@@ -130,9 +131,7 @@ _UNITS = Data(
         "units/*/sends/*/form": "unit-messages",
         "units/*/reported_as/*": Entries("model", "unit-model", "unit-model"),
         "units/*/address": "unit-address",
-        "units/*/channels": "unit-channels",
-        "units/*/channel_idents": "unit-channels",
-        "units/*/bays": "unit-channels",
+        **{f"units/*/{key}": "unit-channels" for key in ("channels", "channel_idents", "bays")},
         **{f"units/*/{key}": "unit-messages" for key in ("family", "list", "more_lists")},
         "units/*/status": "unit-status",
         "units/*/contexts/*": Sequence("unit-context"),
@@ -144,6 +143,7 @@ _UNITS = Data(
         **{f"units/*/also_at/{key}": "unit-also-at" for key in _ALSO_AT},
         "units/*/update_rate_hz": "unit-rate",
         "units/*/baud_rates/values": "unit-baud-rates",
+        **{f"units/*/{key}/messages": Sequence("unit-state") for key in model.STATES},
         "units/*/keep_alive": Names("unit-keep-alive", "message"),
         "families/*": Entries("family", "family-added", "family-removed"),
         "families/*/overlay": _OVERLAY,

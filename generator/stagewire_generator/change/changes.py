@@ -169,6 +169,7 @@ _SOURCE = {
     "bit-motion": "other bits indicate motion",
     "hindrance": "another state is reported as the reason why nothing moves",
     "motion-target": "the target of a motion is determined in another way",
+    "unit-state": "device classes send other messages to switch the outputs of the unit off",
     "motion-need": "another state of the controller is required for a motion",
     "fault-report": "another message is a fault report, or its contents are read differently",
     "effect": "programs that ask for confirmation before a motion or another hazard ask for other messages",

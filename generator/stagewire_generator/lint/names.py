@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from stagewire_generator.diagnostics import Diagnostics, Place, meant
 from stagewire_generator.lint.c_names import C_KEYWORDS, C_NAMES, CPP_KEYWORDS, check_c_names
-from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.model import STATES, Json, Message, Protocol
 from stagewire_generator.model_scales import Stage
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.strict_yaml import Document
@@ -330,7 +330,7 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
     families = data["families"]
     listed = messages | {group.name for group in protocol.sets}
 
-    def known(names: Iterable[str], table: Iterable[str], kind: str, *path: str) -> None:
+    def known(names: Iterable[str], table: Iterable[str], kind: str, *path: str | int) -> None:
         for index, name in enumerate(names):
             if name not in table:
                 place = document.place(*path, index)
@@ -372,6 +372,10 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
         if keeper != "none":
             known([keeper], messages, "message", "units", key, "keep_alive")
         known(entry.get("sends", ()), messages, "message", "units", key, "sends")
+        for state in STATES:
+            for index, order in enumerate(entry.get(state, {}).get("messages", ())):
+                at = ("units", key, state, "messages", index, "message")
+                known([order["message"]], messages, "message", *at)
         for name, form in _unknown_forms(protocol, entry):
             place = document.place("units", key, "sends", name, "form")
             diagnostics.add(place, "SW021", f"units.{key}: unknown form {form} of {name}")

@@ -10,7 +10,7 @@ from collections.abc import Container, Iterable, Iterator, Mapping
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.classes import wrong_classes
 from stagewire_generator.lint.devices import HARMLESS
-from stagewire_generator.lint.positions import unknown_positions
+from stagewire_generator.lint.unit_messages import unknown_positions, wrong_orders
 from stagewire_generator.model import (
     Json,
     Message,
@@ -33,6 +33,7 @@ def check_units(protocol: Protocol, document: Document, diagnostics: Diagnostics
     rules.positions()
     rules.hazards()
     rules.classes()
+    rules.orders()
     if "addresses" in protocol.units and "devices" in protocol.framing:
         rules.addresses()
     rules.prefixes()
@@ -227,6 +228,12 @@ class _Rules:
         for key, entry in self.families.items():
             for code, path, what in wrong_classes(entry.get("classes", {}), self.of_name, sets):
                 self.refuse(code, ("families", key, "classes", *path), what)
+
+    def orders(self) -> None:
+        """Check the messages that switch off the outputs of units, or end their loops."""
+        for name in self.units:
+            for part, what in wrong_orders(self.protocol, name):
+                self.refuse("SW085", ("units", name, *part), what)
 
     def addresses(self) -> None:
         """Check that addresses and bays are those of the framing, and the counts of bays."""

@@ -13,7 +13,7 @@ from typing import Any, Final, Generic, Protocol, TypeVar
 
 from stagewire._codec.message import Message
 from stagewire._devices.limits import Limits, check_measurable, limits_of
-from stagewire._devices.motions import Motions
+from stagewire._devices.motions import Motions, Outputs
 from stagewire._devices.options import SETTINGS, Choices, settable
 from stagewire._devices.readiness import Readiness
 from stagewire._devices.scales import Scales, ToldValue
@@ -101,6 +101,7 @@ class Connection(Generic[T]):
         self.addresses = addresses
         self.motions = Motions()
         self.readiness = Readiness(unit)
+        self.outputs = Outputs(unit, self.channel_field)
         self.contexts: dict[str, str] = {}  # those that select layouts, as far as they are known
         self._learning = threading.Lock()
         self._logs = 0
@@ -122,6 +123,7 @@ class Connection(Generic[T]):
         """Forget what the controller reported, before it is read again on another line."""
         self.motions.leave()
         self.readiness.forget()
+        self.outputs.forget()
         self._reporting.clear()
         self._updating.clear()
         self._recorders.clear()
@@ -229,8 +231,11 @@ class Connection(Generic[T]):
 
     def last_words(self) -> bytes:
         """Return the bytes to send before the line is closed; a signal handler may call this."""
-        stops = self.motions.stops() * self.stops if self.choices.stop_on_close else b""
-        return stops + self._farewell()
+        if not self.choices.stop_on_close:
+            return self._farewell()
+        off = self.outputs.off(self.places, self.facts.protocol)
+        stops = self.motions.stops(without=off) * self.stops
+        return b"".join(off) + stops + self._farewell()
 
     def _farewell(self) -> bytes:
         """Return the bytes that end the updates that were started here.
@@ -318,6 +323,7 @@ class Connection(Generic[T]):
         required = self.unit.reports_ends_after
         if required is not None and required.is_written_with(type(message)):
             self._reporting.add(address)
+        self.outputs.learn(address, message)
         if self.readiness.needs(message):
             field = self.channel_field(type(message))
             number = getattr(message, field) if field else channel

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Callable, Collection, Iterable, Iterator
+from typing import Any, Final, TypeAlias
 
 from stagewire._codec.message import Message
+from stagewire._devices.tables import Order
+from stagewire._devices.unit import Unit
 from stagewire._sessions.exchange import Exchange
 
-__all__ = ["BEGINNING", "Motions", "Running"]
+__all__ = ["BEGINNING", "Motions", "Outputs", "Running"]
+
+Place: TypeAlias = tuple[int, int | None]
+"""Address and channel."""
 
 BEGINNING: Final = 0.5
 """Maximum delay in seconds before a started motion shows in the status."""
@@ -114,6 +120,73 @@ class Motions:
         for running in tuple(self._running.values()):
             running.left = True
 
-    def stops(self) -> bytes:
-        """Return the bytes that stop everything; takes no lock, because signal handlers call it."""
-        return b"".join([running.stop for running in tuple(self._running.values())])
+    def stops(self, without: Collection[bytes] = ()) -> bytes:
+        """Return the bytes that stop everything; takes no lock, because signal handlers call it.
+
+        :param without: stops that are sent anyway, and left out.
+        """
+        stops = [running.stop for running in tuple(self._running.values())]
+        return b"".join([stop for stop in stops if stop not in without])
+
+
+class Outputs:
+    """The outputs of one controller that can be brought into a state.
+
+    :param unit: unit of the controller.
+    :param channel_field: returns the field of a message with the channel; None if it has none.
+    """
+
+    def __init__(self, unit: Unit, channel_field: Callable[[type[Message]], str | None]) -> None:
+        self._unit = unit
+        self._channel_field = channel_field
+        self._keeping = [order for order in (*unit.safe_state, *unit.stop_state) if order.kept]
+        self._held: dict[tuple[int, type[Message]], dict[str, int]] = {}
+
+    def forget(self) -> None:
+        """Forget the values that the controller holds, before they are read again on another line."""
+        self._held.clear()
+
+    def learn(self, address: int, message: Message) -> None:
+        """Store the values of a message that a later one has to keep."""
+        for order in self._keeping:
+            read = order.read
+            if read is not None and (
+                read.is_written_with(type(message)) or type(message) is read.get
+            ):
+                self._held[address, order.message] = {
+                    name: getattr(message, name) for name in order.kept
+                }
+
+    def unread(self, orders: Iterable[Order], address: int) -> Iterator[Order]:
+        """Yield the messages that cannot be made before the values that they keep were read."""
+        for order in orders:
+            if order.kept and (address, order.message) not in self._held:
+                yield order
+
+    def off(self, places: Iterable[Place], protocol: Any) -> list[bytes]:
+        """Return the frames that switch off the outputs that can burn or heat; takes no lock."""
+        orders = self._unit.safe_state
+        found = self.messages(orders, places) if orders else []
+        return [message.pack(address, protocol.host) for address, message in found]
+
+    def messages(self, orders: Iterable[Order], places: Iterable[Place]) -> list[tuple[int, Any]]:
+        """Return messages with their addresses, each once; those that cannot be made are left out.
+
+        :param places: the channels to which they are sent.
+        """
+        found: dict[tuple[int, type[Message], tuple[Any, ...]], tuple[int, Any]] = {}
+        at = tuple(places)
+        for order in orders:
+            cls: Any = order.message
+            field = self._channel_field(cls)
+            for address, channel in at:
+                if order.kept and (address, cls) not in self._held:
+                    continue
+                values: dict[str, int | None] = {
+                    **order.values,
+                    **self._held.get((address, cls), {}),
+                }
+                if field is not None:
+                    values[field] = channel
+                found.setdefault((address, cls, tuple(values.items())), (address, cls(**values)))
+        return list(found.values())

@@ -31,6 +31,11 @@ def needs_of(unit: Unit) -> tuple[Need, ...]:
     return tuple({_state(need): need for needs in unit.needs.values() for need in needs}.values())
 
 
+def needs_at_open(unit: Unit) -> tuple[Need, ...]:
+    """Return the needs that are read when a device is opened: those that a message can change."""
+    return tuple(need for need in needs_of(unit) if need.table.set is not None)
+
+
 def faults_in(unit: Unit, need: Need, message: Message) -> tuple[str, ...]:
     """Return why motions cannot succeed while a controller holds the values of a message.
 
@@ -104,7 +109,7 @@ class Readiness:
         self._unit = unit
         self._faults: dict[tuple[Place, State], tuple[str, ...]] = {}
         self._needs: dict[type[Message], list[Need]] = {}
-        for need in needs_of(unit):
+        for need in needs_at_open(unit):
             for cls in _messages(need.table):
                 self._needs.setdefault(cls, []).append(need)
 

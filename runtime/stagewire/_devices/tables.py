@@ -23,6 +23,7 @@ __all__ = [
     "Given",
     "MotionEnd",
     "Named",
+    "Order",
     "ParameterSet",
     "Poll",
     "Query",
@@ -186,6 +187,22 @@ class Command:
     stops: tuple[type[Message], ...] = ()
     starts: tuple[type[Message], ...] = ()
     motherboard: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Order:
+    """A message that brings the outputs of a unit into a state, such as off.
+
+    :param message: class of the message.
+    :param values: values of its fields, except the channel.
+    :param kept: fields that keep the values that the controller reports.
+    :param read: parameter set that reads them; None if there are none.
+    """
+
+    message: type[Message]
+    values: Mapping[str, int] = field_of(default_factory=dict)
+    kept: tuple[str, ...] = ()
+    read: ParameterSet[Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)

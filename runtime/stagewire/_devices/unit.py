@@ -14,7 +14,7 @@ from stagewire._codec.message import Message
 from stagewire._codec.protocol import Protocol
 from stagewire._devices.candidates import Candidate
 from stagewire._devices.scales import Rule
-from stagewire._devices.tables import Action, Command, ParameterSet, Poll, Query
+from stagewire._devices.tables import Action, Command, Order, ParameterSet, Poll, Query
 from stagewire._devices.values import Values
 from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._framings.slots.protocol import CommandProtocol
@@ -269,6 +269,10 @@ class Unit:
     :param positions: its positions, if it has only a few; None for others.
     :param farewell: message to send before the line is closed, if the host sent one of the messages whose
         effect it ends; one without such messages ends the connection.
+    :param safe_state: messages that switch off its outputs that can burn or heat; sent when it is opened,
+        when it is closed, and by ``stop()``.
+    :param stop_state: messages that end its loops or other outputs; sent by ``stop()``.
+    :param halts: other stops that ``stop()`` sends, if no single message of the unit is its stop.
     :param idle: request whether an axis is idle, if no status bits report it.
     :param quantities: quantities in its messages.
     :param settable: quantities in its messages to the controller.
@@ -311,6 +315,9 @@ class Unit:
     enabling: Enabling | None = None
     positions: Positions | None = None
     farewell: Mapping[type[Message], tuple[type[Message], ...]] = field(default_factory=dict)
+    safe_state: tuple[Order, ...] = ()
+    stop_state: tuple[Order, ...] = ()
+    halts: tuple[Action, ...] = ()
     idle: Poll | None = None
     quantities: tuple[str, ...] = ()
     settable: tuple[str, ...] = ()

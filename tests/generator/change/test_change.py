@@ -173,7 +173,7 @@ OF_THE_REGISTRY = {
     "quantity-unit", "scale", "scale-added", "scale-form", "scale-removed", "set-removed",
     "unit-added", "unit-address", "unit-also-at", "unit-baud-rates", "unit-channels",
     "unit-keep-alive", "unit-messages", "unit-model", "unit-prefix", "unit-rate", "unit-stages",
-    "unit-status", "value-modifier",
+    "unit-state", "unit-status", "value-modifier",
 }  # fmt: skip
 # Facts that no target writes: they are also in the hand-written library, which would have to be changed.
 OF_THE_RUNTIME = {"framing"}

@@ -11,13 +11,15 @@ from typing import Any
 
 
 class Server:
-    """A controller on TCP that hangs up on its first host when ``controller`` does, and serves one more.
+    """A controller on TCP that hangs up on its first host when ``controller`` does, and serves others.
 
     :param controller: a :class:`proof_line.FarEnd` with ``plug_in()``, which starts a new line.
+    :param hosts: number of hosts that it serves, one after another.
     """
 
-    def __init__(self, controller: Any) -> None:
+    def __init__(self, controller: Any, hosts: int = 2) -> None:
         self._controller = controller
+        self._hosts = hosts
         controller.put = lambda delay, data: None
         controller.pulled = lambda: None
         controller.now = time.monotonic
@@ -28,7 +30,7 @@ class Server:
         self._thread.start()
 
     def _serve(self) -> None:
-        for _ in range(2):
+        for _ in range(self._hosts):
             host, _ = self._listening.accept()
             with host:
                 host.settimeout(10)

@@ -69,7 +69,7 @@ def test_a_wrong_setting_is_refused(
 
 def test_cases_with_the_same_unit_have_one_keyword() -> None:
     line = StatusLink()
-    with TTC001.open(line, identify=False) as tec:
+    with TTC001.open(line, identify=False, on_close="leave") as tec:
         tec.set_io_settings(sensor="SENSOR_THERM200KOHM", ma=500)
         tec.set_temp_set_point(kohm=10)
         assert line.raw.endswith(m.TecSetTempSetPoint(t_set=1000).pack(0x50, 0x01))

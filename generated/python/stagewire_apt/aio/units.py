@@ -13,6 +13,7 @@ from stagewire.support import AsyncPositionsDevice as PositionsDevice
 from stagewire.support import AsyncRackDevice as RackDevice
 from stagewire.support import AsyncSingleChannelDevice as SingleChannelDevice
 from stagewire.support import AsyncSingleChannelModule as SingleChannelModule
+from stagewire.support import AsyncStoppable as Stoppable
 from stagewire_apt.aio.parts import (
     flipper,
     generic,
@@ -1065,6 +1066,7 @@ class BMS002(_BMS002Calls):
 
 class _BNT001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1115,6 +1117,7 @@ class BNT001(_BNT001Calls):
 
 class _BPC001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1156,6 +1159,7 @@ class BPC001(_BPC001Calls):
 
 class BPC002Channel(
     Channel,
+    Stoppable,
     generic.WithChanEnableState,
     generic.CanIdentify,
     piezo.WithPosControlMode,
@@ -1204,6 +1208,7 @@ class BPC002(_BPC002Calls):
 
 class _BPC101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1244,6 +1249,7 @@ class BPC101(_BPC101Calls):
 
 class BPC102Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1301,6 +1307,7 @@ class BPC102(_BPC102Calls):
 
 class BPC103Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1358,6 +1365,7 @@ class BPC103(_BPC103Calls):
 
 class _BPC201Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1400,6 +1408,7 @@ class BPC201(_BPC201Calls):
 
 class BPC202Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1455,6 +1464,7 @@ class BPC202(_BPC202Calls):
 
 class BPC203Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1511,6 +1521,7 @@ class BPC203(_BPC203Calls):
 
 class _BPC301Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1557,6 +1568,7 @@ class BPC301(_BPC301Calls):
 
 class BPC302Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1615,6 +1627,7 @@ class BPC302(_BPC302Calls):
 
 class BPC303Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2618,6 +2631,7 @@ class KIM101(_KIM101Calls):
 
 class _KLD101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2666,6 +2680,7 @@ class KLD101(_KLD101Calls):
 
 class _KLS101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2701,6 +2716,7 @@ class KLS101(_KLS101Calls):
 
 class _KLS1550Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2739,6 +2755,7 @@ class KLS1550(_KLS1550Calls):
 
 class _KLS635Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2791,6 +2808,7 @@ class KNA101Channel(
 
 class _KNA101Calls(
     ChannelsDevice[KNA101Channel],
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2843,6 +2861,7 @@ class KNA101(_KNA101Calls):
 
 class _KPA101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2879,6 +2898,7 @@ class KPA101(_KPA101Calls):
 
 class _KPC101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2927,6 +2947,7 @@ class KPC101(_KPC101Calls):
 
 class _KPZ101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -3525,6 +3546,7 @@ class MLJ150(_MLJ150Calls):
 
 class _MNA601Calls(
     SingleChannelModule,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -3725,6 +3747,7 @@ class MPC320(_MPC320Calls):
 
 class MPZ601Channel(
     Channel,
+    Stoppable,
     generic.WithChanEnableState,
     generic.CanIdentify,
     piezo.WithPosControlMode,
@@ -4390,6 +4413,7 @@ class TIM101(_TIM101Calls):
 
 class _TLD001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4429,6 +4453,7 @@ class TLD001(_TLD001Calls):
 
 class _TLS001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4461,6 +4486,7 @@ class TLS001(_TLS001Calls):
 
 class _TNA001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4509,6 +4535,7 @@ class TNA001(_TNA001Calls):
 
 class _TPA101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4543,6 +4570,7 @@ class TPA101(_TPA101Calls):
 
 class _TPZ001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4581,6 +4609,7 @@ class TPZ001(_TPZ001Calls):
 
 class _TQD001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4802,6 +4831,7 @@ class TST101(_TST101Calls):
 
 class _TTC001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,

@@ -13,6 +13,7 @@ from stagewire.support import (
     Facts,
     Hindrance,
     Need,
+    Order,
     Positions,
     Rule,
     Scale,
@@ -3688,6 +3689,26 @@ _KDC101_STATUS_BITS_HINDRANCES = (
     Hindrance("the channel is disabled", "channel_enabled", 0x80000000, 0),
 )
 
+_KLD101_STATUS_BITS_HINDRANCES = (
+    Hindrance("the key switch is off", "keyswitch_enabled", 0x00000002, 0),
+    Hindrance("the safety interlock is open", "interlock_enabled", 0x00000008, 0),
+)
+
+_KLS101_STATUS_BITS_HINDRANCES = (
+    Hindrance("the key switch is off", "keyswitch_enabled", 0x00000002, 0),
+    Hindrance("the safety interlock is open", "interlock_enabled", 0x00000008, 0),
+)
+
+_KLS_STATUS_BITS_HINDRANCES = (
+    Hindrance("the key switch is off", "keyswitch_enabled", 0x00000002, 0),
+    Hindrance("the safety interlock is open", "interlock_enabled", 0x00000008, 0),
+)
+
+_LA_STATUS_BITS_HINDRANCES = (
+    Hindrance("the key switch is off", "keyswitch_enabled", 0x00000002, 0),
+    Hindrance("the safety interlock is open", "interlock_enabled", 0x00000008, 0),
+)
+
 _M30X_STATUS_BITS_HINDRANCES = (
     Hindrance(
         "the forward hardware limit switch is active",
@@ -3826,6 +3847,11 @@ _TBD001_STATUS_BITS_HINDRANCES = (
     Hindrance("the motor current is at its limit", "motor_current_limit", 0x01000000, 0x01000000),
     Hindrance("the controller reports an error", "error", 0x40000000, 0x40000000),
     Hindrance("the channel is disabled", "channel_enabled", 0x80000000, 0),
+)
+
+_TLD001_STATUS_BITS_HINDRANCES = (
+    Hindrance("the key switch is off", "keyswitch_enabled", 0x00000002, 0),
+    Hindrance("the safety interlock is open", "interlock_enabled", 0x00000008, 0),
 )
 
 SETTINGS: dict[str, Setting] = {
@@ -5353,6 +5379,7 @@ UNITS: dict[str, Unit] = {
         },
         status_query=t.NT_STATUS_UPDATE,
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        stop_state=(Order(m.PzSetNtMode, {"state": 2}),),
         quantities=(
             "circle_phase",
             "circle_samples",
@@ -5382,6 +5409,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=21,
         prefixes=(21,),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5420,6 +5448,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=31,
         prefixes=(31,),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5458,6 +5487,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=41,
         prefixes=(41,),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5494,6 +5524,7 @@ UNITS: dict[str, Unit] = {
         status="piezo",
         update_rate_hz=10,
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5532,6 +5563,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=71,
         prefixes=(71,),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5563,6 +5595,7 @@ UNITS: dict[str, Unit] = {
         status="piezo",
         update_rate_hz=10,
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5595,6 +5628,7 @@ UNITS: dict[str, Unit] = {
         status="piezo",
         update_rate_hz=10,
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5629,6 +5663,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=71,
         prefixes=(71,),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5663,6 +5698,7 @@ UNITS: dict[str, Unit] = {
         prefixes=(41,),
         reported_as=("PCC301",),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5700,6 +5736,7 @@ UNITS: dict[str, Unit] = {
         update_rate_hz=10,
         reported_as=("PCC301",),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -5738,6 +5775,7 @@ UNITS: dict[str, Unit] = {
         prefixes=(71,),
         reported_as=("PCC301",),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -7229,7 +7267,14 @@ UNITS: dict[str, Unit] = {
         prefixes=(98,),
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
+        hindrances={
+            m.LaGetStatusBits: ("status_bits", _KLD101_STATUS_BITS_HINDRANCES),
+            m.LdGetStatusUpdate: ("status_bits", _KLD101_STATUS_BITS_HINDRANCES),
+        },
+        needs={m.LaEnableOutput: (Need(t.LA_STATUS_BITS, (), each_time=True),)},
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        safe_state=(Order(m.LaDisableOutput),),
+        halts=(t.DISABLE_OUTPUT,),
         quantities=(
             "diode_current",
             "diode_current_limit",
@@ -7257,7 +7302,14 @@ UNITS: dict[str, Unit] = {
         prefixes=(56,),
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
+        hindrances={
+            m.LaGetStatusBits: ("status_bits", _KLS101_STATUS_BITS_HINDRANCES),
+            m.LaGetStatusUpdate: ("status_bits", _KLS101_STATUS_BITS_HINDRANCES),
+        },
+        needs={m.LaEnableOutput: (Need(t.LA_STATUS_BITS, (), each_time=True),)},
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        safe_state=(Order(m.LaDisableOutput),),
+        halts=(t.DISABLE_OUTPUT,),
         quantities=(
             "laser_current",
             "maximum_laser_current",
@@ -7283,7 +7335,14 @@ UNITS: dict[str, Unit] = {
         prefixes=(56,),
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
+        hindrances={
+            m.LaGetStatusBits: ("status_bits", _KLS_STATUS_BITS_HINDRANCES),
+            m.LaGetStatusUpdate: ("status_bits", _KLS_STATUS_BITS_HINDRANCES),
+        },
+        needs={m.LaEnableOutput: (Need(t.LA_STATUS_BITS, (), each_time=True),)},
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        safe_state=(Order(m.LaDisableOutput),),
+        halts=(t.DISABLE_OUTPUT,),
         quantities=(
             "laser_current",
             "maximum_laser_current",
@@ -7309,7 +7368,14 @@ UNITS: dict[str, Unit] = {
         prefixes=(56,),
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
+        hindrances={
+            m.LaGetStatusBits: ("status_bits", _KLS_STATUS_BITS_HINDRANCES),
+            m.LaGetStatusUpdate: ("status_bits", _KLS_STATUS_BITS_HINDRANCES),
+        },
+        needs={m.LaEnableOutput: (Need(t.LA_STATUS_BITS, (), each_time=True),)},
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        safe_state=(Order(m.LaDisableOutput),),
+        halts=(t.DISABLE_OUTPUT,),
         quantities=(
             "laser_current",
             "maximum_laser_current",
@@ -7343,6 +7409,8 @@ UNITS: dict[str, Unit] = {
         },
         status_query=t.NT_STATUS_UPDATE,
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        stop_state=(Order(m.PzSetNtMode, {"state": 2}),),
+        halts=(t.STOP_XY_SCAN,),
         quantities=(
             "circle_phase",
             "circle_samples",
@@ -7378,6 +7446,7 @@ UNITS: dict[str, Unit] = {
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        stop_state=(Order(m.QuadSetOperMode, {"mode": 2}),),
         quantities=("display_brightness", "percent", "quad_sum_volts", "quad_volts", "share_32767"),
         settable=("display_brightness", "percent", "quad_volts", "share_32767"),
     ),
@@ -7400,6 +7469,7 @@ UNITS: dict[str, Unit] = {
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -7444,6 +7514,7 @@ UNITS: dict[str, Unit] = {
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "display_brightness",
             "lut_output",
@@ -8241,6 +8312,7 @@ UNITS: dict[str, Unit] = {
         },
         status_query=t.NT_STATUS_UPDATE,
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        stop_state=(Order(m.PzSetNtMode, {"state": 2}),),
         quantities=(
             "circle_phase",
             "circle_samples",
@@ -8380,6 +8452,7 @@ UNITS: dict[str, Unit] = {
         usb_prefix=51,
         prefixes=(51,),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,)},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "lut_output",
             "lut_samples",
@@ -9221,7 +9294,14 @@ UNITS: dict[str, Unit] = {
         prefixes=(64,),
         pause_ms=50,
         pause_source="as for the other T-Cubes, for which public drivers wait 3 to 200 ms",
+        hindrances={
+            m.LaGetStatusBits: ("status_bits", _TLD001_STATUS_BITS_HINDRANCES),
+            m.LdGetStatusUpdate: ("status_bits", _TLD001_STATUS_BITS_HINDRANCES),
+        },
+        needs={m.LaEnableOutput: (Need(t.LA_STATUS_BITS, (), each_time=True),)},
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        safe_state=(Order(m.LaDisableOutput),),
+        halts=(t.DISABLE_OUTPUT,),
         quantities=(
             "diode_current",
             "diode_current_limit",
@@ -9248,7 +9328,14 @@ UNITS: dict[str, Unit] = {
         prefixes=(86,),
         pause_ms=50,
         pause_source="as for the other T-Cubes, for which public drivers wait 3 to 200 ms",
+        hindrances={
+            m.LaGetStatusBits: ("status_bits", _LA_STATUS_BITS_HINDRANCES),
+            m.LaGetStatusUpdate: ("status_bits", _LA_STATUS_BITS_HINDRANCES),
+        },
+        needs={m.LaEnableOutput: (Need(t.LA_STATUS_BITS, (), each_time=True),)},
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        safe_state=(Order(m.LaDisableOutput),),
+        halts=(t.DISABLE_OUTPUT,),
         quantities=(
             "display_brightness",
             "laser_current",
@@ -9282,6 +9369,7 @@ UNITS: dict[str, Unit] = {
         },
         status_query=t.NT_STATUS_UPDATE,
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        stop_state=(Order(m.PzSetNtMode, {"state": 2}),),
         quantities=(
             "circle_phase",
             "circle_samples",
@@ -9314,6 +9402,7 @@ UNITS: dict[str, Unit] = {
         pause_ms=50,
         pause_source="as for the other T-Cubes, for which public drivers wait 3 to 200 ms",
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        stop_state=(Order(m.QuadSetOperMode, {"mode": 2}),),
         quantities=("display_brightness", "quad_sum_volts", "quad_volts", "share_32767"),
         settable=("display_brightness", "quad_volts", "share_32767"),
     ),
@@ -9338,6 +9427,7 @@ UNITS: dict[str, Unit] = {
             " after being enabled has locked up"
         ),
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        halts=(t.STOP_LUT_OUTPUT,),
         quantities=(
             "display_brightness",
             "lut_output",
@@ -9371,6 +9461,7 @@ UNITS: dict[str, Unit] = {
         pause_ms=50,
         pause_source="as for the other T-Cubes, for which public drivers wait 3 to 200 ms",
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        stop_state=(Order(m.QuadSetOperMode, {"mode": 2}),),
         quantities=("display_brightness", "quad_sum_volts", "quad_volts", "share_32767"),
         settable=("display_brightness", "quad_volts", "share_32767"),
     ),
@@ -9710,6 +9801,9 @@ UNITS: dict[str, Unit] = {
         pause_ms=50,
         pause_source="as for the other T-Cubes, for which public drivers wait 3 to 200 ms",
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        safe_state=(
+            Order(m.TecSetIoSettings, {"i_lim": 0}, kept=("sensor",), read=t.TEC_IO_SETTINGS),
+        ),
         quantities=("display_brightness", "tec_current", "tec_temperature"),
         settable=("display_brightness", "tec_current", "tec_temperature"),
     ),

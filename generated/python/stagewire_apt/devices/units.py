@@ -14,6 +14,7 @@ from stagewire.support import (
     RackDevice,
     SingleChannelDevice,
     SingleChannelModule,
+    Stoppable,
 )
 from stagewire_apt.devices import tables as t
 from stagewire_apt.devices import values as v
@@ -1067,6 +1068,7 @@ class BMS002(_BMS002Calls):
 
 class _BNT001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1117,6 +1119,7 @@ class BNT001(_BNT001Calls):
 
 class _BPC001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1158,6 +1161,7 @@ class BPC001(_BPC001Calls):
 
 class BPC002Channel(
     Channel,
+    Stoppable,
     generic.WithChanEnableState,
     generic.CanIdentify,
     piezo.WithPosControlMode,
@@ -1206,6 +1210,7 @@ class BPC002(_BPC002Calls):
 
 class _BPC101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1246,6 +1251,7 @@ class BPC101(_BPC101Calls):
 
 class BPC102Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1303,6 +1309,7 @@ class BPC102(_BPC102Calls):
 
 class BPC103Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1360,6 +1367,7 @@ class BPC103(_BPC103Calls):
 
 class _BPC201Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1402,6 +1410,7 @@ class BPC201(_BPC201Calls):
 
 class BPC202Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1457,6 +1466,7 @@ class BPC202(_BPC202Calls):
 
 class BPC203Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1513,6 +1523,7 @@ class BPC203(_BPC203Calls):
 
 class _BPC301Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1559,6 +1570,7 @@ class BPC301(_BPC301Calls):
 
 class BPC302Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -1617,6 +1629,7 @@ class BPC302(_BPC302Calls):
 
 class BPC303Bay(
     Bay,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2620,6 +2633,7 @@ class KIM101(_KIM101Calls):
 
 class _KLD101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2668,6 +2682,7 @@ class KLD101(_KLD101Calls):
 
 class _KLS101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2703,6 +2718,7 @@ class KLS101(_KLS101Calls):
 
 class _KLS1550Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2741,6 +2757,7 @@ class KLS1550(_KLS1550Calls):
 
 class _KLS635Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2793,6 +2810,7 @@ class KNA101Channel(
 
 class _KNA101Calls(
     ChannelsDevice[KNA101Channel],
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2845,6 +2863,7 @@ class KNA101(_KNA101Calls):
 
 class _KPA101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2881,6 +2900,7 @@ class KPA101(_KPA101Calls):
 
 class _KPC101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -2929,6 +2949,7 @@ class KPC101(_KPC101Calls):
 
 class _KPZ101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -3527,6 +3548,7 @@ class MLJ150(_MLJ150Calls):
 
 class _MNA601Calls(
     SingleChannelModule,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -3727,6 +3749,7 @@ class MPC320(_MPC320Calls):
 
 class MPZ601Channel(
     Channel,
+    Stoppable,
     generic.WithChanEnableState,
     generic.CanIdentify,
     piezo.WithPosControlMode,
@@ -4392,6 +4415,7 @@ class TIM101(_TIM101Calls):
 
 class _TLD001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4431,6 +4455,7 @@ class TLD001(_TLD001Calls):
 
 class _TLS001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4463,6 +4488,7 @@ class TLS001(_TLS001Calls):
 
 class _TNA001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4511,6 +4537,7 @@ class TNA001(_TNA001Calls):
 
 class _TPA101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4545,6 +4572,7 @@ class TPA101(_TPA101Calls):
 
 class _TPZ001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4583,6 +4611,7 @@ class TPZ001(_TPZ001Calls):
 
 class _TQD001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4804,6 +4833,7 @@ class TST101(_TST101Calls):
 
 class _TTC001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,

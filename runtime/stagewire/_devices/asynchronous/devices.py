@@ -106,6 +106,8 @@ class _Opened(DeviceBase, Part, AsyncClosing):
     ) -> Opening[D]:
         """Open a line and return the controller on it, to await or to enter. Nothing moves.
 
+        The output of a laser or heater is switched off, unless ``on_close`` is ``leave``.
+
         ``async with TDC001.open(url) as tdc:`` closes it at the end. After ``tdc = await TDC001.open(url)``,
         call :meth:`close`.
 
@@ -159,7 +161,8 @@ class _Opened(DeviceBase, Part, AsyncClosing):
         :param reconnect_pause: seconds from the loss of a line until ``reconnect()`` sends anything. It must
             be longer than the controller waits for the rest of a message.
         :param on_close: whether motions started here are stopped or left running when the device is closed
-            or the program ends
+            or the program ends. With ``leave``, the output of a laser or heater also stays as it is, now and
+            then.
         :param background: whether a background thread reads messages and keeps the controller alive. Only the
             classes for threads have one.
         :param identify: whether to ask the controller for its identity and for the settings that its scales
@@ -278,6 +281,8 @@ class _Opened(DeviceBase, Part, AsyncClosing):
 
     async def close(self) -> None:
         """Stop the motions started here, unless ``on_close`` is ``leave``, and close the line.
+
+        The output of a laser or heater is switched off, whatever switched it on.
 
         The updates that were started here are stopped. At the end of a ``with`` block that an exception ends,
         the controller is also told that the host disconnects, if its unit has such a message. The stops are

@@ -31,6 +31,8 @@ async def greet(
 ) -> None:
     """Begin a conversation with a controller. Nothing moves, and no setting changes.
 
+    But outputs that can burn or heat are switched off, unless ``on_close`` is ``leave``.
+
     Unless ``identify`` is False, request the identity and the settings that scales depend on.
 
     Raise :class:`~stagewire.errors.WrongUnitError` for a controller other than the named one,
@@ -47,6 +49,7 @@ async def greet(
         )
     identity = connection.facts.identity
     if not choices.identify or identity is None:
+        await switch_off(connection, own)
         return
     try:
         info = await query(own, identity, None, {})
@@ -56,6 +59,7 @@ async def greet(
         raise ReplyTimeoutError(unanswered(connection, error)) from None
     check_identity(connection, info)
     _set_contexts(connection, transport)
+    await switch_off(connection, own)
     await _ask_stages_and_settings(connection, own, info)
 
 
@@ -122,6 +126,31 @@ async def _answer(
     return answer
 
 
+async def switch_off(connection: Connection[Transport], own: Endpoint) -> None:
+    """Switch off the outputs that can burn or heat, unless ``on_close`` is ``leave``.
+
+    Raise :class:`~stagewire.errors.ReplyTimeoutError` if the values that the messages keep cannot be read.
+    """
+    orders, outputs = connection.unit.safe_state, connection.outputs
+    if not orders or not connection.choices.stop_on_close:
+        return
+    transport, seconds = connection.transport, connection.choices.timeout
+    assert isinstance(transport, FramedTransport)
+    for address in dict.fromkeys(address for address, _ in connection.places):
+        for order in outputs.unread(orders, address):
+            assert order.read is not None  # a lint rule ensures it
+            endpoint = Endpoint(connection, address, own.channel, own.name)
+            try:
+                await query(endpoint, order.read, None, {})
+            except ReplyTimeoutError as error:
+                raise ReplyTimeoutError(
+                    f"{error}. The outputs of the {connection.unit.name} were not switched off, because "
+                    f'{order.message.layout.message} needs this reply; on_close="leave" leaves them alone'
+                ) from None
+    for address, message in outputs.messages(orders, connection.places):
+        await transport.halt(message, None, address, seconds)
+
+
 async def leave(connection: Connection[Transport]) -> None:
     """Stop the motions of a device whose line others still use, unless ``on_close`` is ``leave``.
 
@@ -129,7 +158,8 @@ async def leave(connection: Connection[Transport]) -> None:
     """
     transport, choices = connection.transport, connection.choices
     assert isinstance(transport, FramedTransport)
-    for address, halt in connection.motions.halts() if choices.stop_on_close else ():
+    off = connection.outputs.messages(connection.unit.safe_state, connection.places)
+    for address, halt in [*off, *connection.motions.halts()] if choices.stop_on_close else ():
         with suppress(StagewireError):  # the others are still stopped
             await transport.halt(halt, None, address, choices.timeout)
     for address, ending in connection.updating:

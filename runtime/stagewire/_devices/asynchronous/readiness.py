@@ -6,13 +6,21 @@ import logging
 from typing import Any
 
 from stagewire._codec.message import Message
-from stagewire._devices.asynchronous.calls import query, set_all, write
+from stagewire._devices.asynchronous import calls
+from stagewire._devices.asynchronous.calls import Keywords, query, set_all, write
 from stagewire._devices.asynchronous.targets import refuse_second
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.endpoint import Deadline
 from stagewire._devices.motions import Running
-from stagewire._devices.readiness import Switch, advice, faults_in, needs_of, switch_of
-from stagewire._devices.tables import ParameterSet
+from stagewire._devices.readiness import (
+    Switch,
+    advice,
+    faults_in,
+    needs_at_open,
+    needs_of,
+    switch_of,
+)
+from stagewire._devices.tables import Command, ParameterSet
 from stagewire._devices.unit import Enabling, Need
 from stagewire.errors import (
     MotionUnderWayError,
@@ -31,7 +39,7 @@ async def read_state(endpoint: Endpoint) -> bool:
     """
     connection = endpoint.connection
     try:
-        for need in needs_of(connection.unit):
+        for need in needs_at_open(connection.unit):
             await query(endpoint, need.table, None, {})
     except ReplyTimeoutError as error:
         _log.warning("%s: whether it can move is unknown: %s", connection.url, error)
@@ -64,6 +72,23 @@ async def check_ready(
             await refuse_second(endpoint, what, deadline)
             read = (await query(endpoint, need.table, endpoint.part_of(deadline), {})).message
             _refuse(endpoint, what, need, read)
+
+
+async def tell(endpoint: Endpoint, table: Command, timeout: float | None, given: Keywords) -> None:
+    """Send a message that has no reply, if the controller is in the state that it needs.
+
+    Raise :class:`~stagewire.errors.NotReadyError` otherwise; nothing is sent.
+    """
+    needs = endpoint.connection.unit.needs.get(table.message, ())
+    if not needs:
+        await calls.tell(endpoint, table, timeout, given)
+        return
+    deadline = endpoint.deadline(endpoint.seconds(timeout))
+    what = f"{endpoint.name}: {table.name}"
+    for need in needs:
+        read = (await query(endpoint, need.table, deadline.left, {})).message
+        _refuse(endpoint, what, need, read)
+    await calls.tell(endpoint, table, deadline.left, given)
 
 
 async def request_ends(endpoint: Endpoint, what: str, deadline: Deadline) -> None:
@@ -105,7 +130,7 @@ def _refuse(endpoint: Endpoint, what: str, need: Need, read: Message) -> None:
     if faults:
         raise NotReadyError(
             f"{what} was not sent, because it cannot succeed: {'; '.join(faults)} "
-            f"({read.layout.message}). {advise(endpoint, need.table.name, faults)}",
+            f"({read.layout.message}){_remedy(endpoint, need, faults)}",
             faults,
         )
 
@@ -183,6 +208,13 @@ def _number(endpoint: Endpoint) -> int:
 def _listed(channels: tuple[int, ...]) -> str:
     word = "channel" if len(channels) == 1 else "channels"
     return f"{word} {' and '.join(map(str, channels))}"
+
+
+def _remedy(endpoint: Endpoint, need: Need, faults: tuple[str, ...]) -> str:
+    """Return what a user can do about faults, after the end of a sentence."""
+    if need.table.set is None:
+        return ". Change that at the controller, then call it again"
+    return f". {advise(endpoint, need.table.name, faults)}"
 
 
 async def is_enabled(endpoint: Endpoint, timeout: float | None) -> bool:

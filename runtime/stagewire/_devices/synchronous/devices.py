@@ -104,6 +104,8 @@ class _Opened(DeviceBase, Part, Closing):
     ) -> D:
         """Open a line and return the controller on it. Nothing moves.
 
+        The output of a laser or heater is switched off, unless ``on_close`` is ``leave``.
+
         :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``usb://83812345``, ``socket://host:4001`` or
             ``virtual://TDC001``. If it is left out, the USB port of ``serial_number=`` is opened. For a
             module of a rack, also another open module, to share its line: closing that module closes the
@@ -154,7 +156,8 @@ class _Opened(DeviceBase, Part, Closing):
         :param reconnect_pause: seconds from the loss of a line until ``reconnect()`` sends anything. It must
             be longer than the controller waits for the rest of a message.
         :param on_close: whether motions started here are stopped or left running when the device is closed
-            or the program ends
+            or the program ends. With ``leave``, the output of a laser or heater also stays as it is, now and
+            then.
         :param background: whether a background thread reads messages and keeps the controller alive. Only the
             classes for threads have one.
         :param identify: whether to ask the controller for its identity and for the settings that its scales
@@ -274,6 +277,8 @@ class _Opened(DeviceBase, Part, Closing):
 
     def close(self) -> None:
         """Stop the motions started here, unless ``on_close`` is ``leave``, and close the line.
+
+        The output of a laser or heater is switched off, whatever switched it on.
 
         The updates that were started here are stopped. At the end of a ``with`` block that an exception ends,
         the controller is also told that the host disconnects, if its unit has such a message. The stops are

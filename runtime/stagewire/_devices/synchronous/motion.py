@@ -16,7 +16,13 @@ from stagewire._codec.message import Message
 from stagewire._devices.arguments import fields_of
 from stagewire._devices.endpoint import MOMENT, Deadline, defaults_of
 from stagewire._devices.motions import Running
-from stagewire._devices.synchronous.calls import Keywords, look, refuse_left, send_starting
+from stagewire._devices.synchronous.calls import (
+    Keywords,
+    look,
+    query,
+    refuse_left,
+    send_starting,
+)
 from stagewire._devices.synchronous.readiness import check_ready, request_ends
 from stagewire._devices.synchronous.targets import checked, targets_of
 from stagewire._devices.synchronous.transport import Endpoint, framed_transport
@@ -327,6 +333,50 @@ def halt_each(endpoints: Iterable[Endpoint], action: Action, timeout: float | No
             endpoint.connection.motions.stopped(endpoint.place)
     if failed is not None:
         raise failed
+
+
+def stop_outputs(endpoint: Endpoint, timeout: float | None) -> None:
+    """Send the safe state and the stop state of a unit, and its stops; none of them is confirmed.
+
+    Values that a message keeps are read first, unless they are known. The messages are also sent if
+    ``timeout`` is invalid.
+    """
+    connection, unit = endpoint.connection, endpoint.connection.unit
+    at = (endpoint.address, endpoint.channel)
+    places = [at] if at in connection.places else [p for p in connection.places if p[0] == at[0]]
+    refused: BadValueError | None = None
+    if isinstance(timeout, int | float) and timeout <= 0:
+        timeout = MOMENT  # a stop is sent even if no time is left
+    try:
+        seconds = endpoint.seconds(timeout)
+    except BadValueError as error:  # send the stop first, then raise
+        seconds, refused = endpoint.seconds(None), error
+    whole = endpoint.channel is None or unit.channels == 1  # not one of several channels
+    orders = (*unit.safe_state, *unit.stop_state) if whole else ()
+    for place in places:
+        connection.motions.stopping(place)
+    for order in connection.outputs.unread(orders, endpoint.address):
+        assert order.read is not None  # a lint rule ensures it
+        query(endpoint, order.read, seconds, {})
+    transport = framed_transport(endpoint)
+    for address, message in connection.outputs.messages(orders, places):
+        transport.halt(message, None, address, seconds)
+    sent = {order.message for order in orders}
+    for action in unit.halts:
+        if action.message not in sent and _is_for(endpoint, action.message):
+            halt(endpoint, action, seconds, {})
+    for place in places:
+        connection.motions.stopped(place)
+    if refused is not None:
+        raise BadValueError(f"{refused}; the stop was sent") from refused
+
+
+def _is_for(endpoint: Endpoint, stop: type[Message]) -> bool:
+    """Return whether a stop is for a channel, as this part is one, or for the whole controller."""
+    if endpoint.connection.unit.channels == 1:
+        return True
+    has_channel = endpoint.connection.channel_field(stop) is not None
+    return has_channel == (endpoint.channel is not None)
 
 
 def _muted(what: str) -> UnsupportedError:

@@ -109,7 +109,7 @@ class Part(PartBase):
         return calls.change(self._at, table, timeout, given)
 
     def _tell(self, table: Command, timeout: float | None, **given: object) -> None:
-        calls.tell(self._at, table, timeout, given)
+        readiness.tell(self._at, table, timeout, given)
 
     def _act(self, table: Action, timeout: float | None, **given: object) -> MotionEnd[Any]:
         return motion.act(self._at, table, timeout, given)
@@ -195,6 +195,19 @@ class Part(PartBase):
         kept and gets a note.
         """
         return Recorder(self._places(), to, overwrite=overwrite, poll=poll, listen=listen)
+
+
+class Stoppable(Part):
+    """A part whose outputs or loops are ended by several messages, or by one with values."""
+
+    def stop(self, *, timeout: float | None = None) -> None:
+        """End the outputs and loops of this part that its unit can end; the page of the unit names them.
+
+        The messages are sent before all waiting messages. They are also sent if nothing was started here.
+
+        :param timeout: of each message, in seconds.
+        """
+        motion.stop_outputs(self._at, timeout)
 
 
 class Channel(Part):

@@ -34,6 +34,7 @@ from stagewire_generator.targets.python.devices.hindrances_view import (
 from stagewire_generator.targets.python.devices.needs_view import (
     farewell_entries,
     need_entries,
+    order_entries,
     position_entries,
 )
 from stagewire_generator.targets.python.devices.parts import UnitPlan
@@ -354,6 +355,7 @@ def _unit(
     items += enabling_entries(protocol, unit, tables)
     items += position_entries(protocol, unit, tables)
     items += farewell_entries(protocol, unit)
+    items += order_entries(protocol, unit, tables)
     for argument, of_messages in carried.items():
         names = {q for message in unit.messages for q in of_messages.get(message, ())}
         if names:

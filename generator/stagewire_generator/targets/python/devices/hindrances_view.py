@@ -59,7 +59,9 @@ def hindrance_lists(protocol: Protocol) -> tuple[Nested, ...]:
 
 def hindrance_entries(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
     """Yield the fields of a unit that report such states, and the requests that read them."""
-    if not any(_moves(message) for message in protocol.messages if message.name in unit.messages):
+    own = [message for message in protocol.messages if message.name in unit.messages]
+    moves = any(map(_moves, own))
+    if not moves and not any("requires" in message.exchange for message in own):
         return
     found: dict[str, tuple[int, FlagTable | Enumeration]] = {}
     entries: list[Source] = []
@@ -91,7 +93,7 @@ def hindrance_entries(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -
         known |= causes
         knows_status = knows_status or is_status
         questions.append(f"t.{constant}")
-    if questions:
+    if questions and moves:
         yield Nested("diagnosis=(", tuple(questions), ")")
 
 

@@ -24,6 +24,7 @@ _FACTS = (
         "Facts",
         "Hindrance",
         "Need",
+        "Order",
         "Poll",
         "Positions",
         "Rule",

@@ -1,10 +1,10 @@
-"""The state that motions of a unit need, and the messages before its line is closed, as tables of facts."""
+"""The state that motions of a unit need, and the messages that end what it does, as tables of facts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stagewire_generator.model import Message, Protocol
+from stagewire_generator.model import STATES, Json, Message, Protocol
 from stagewire_generator.targets.python.brackets import Nested, Source, mapping
 from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.plan import Call
@@ -113,3 +113,33 @@ def _is_bare(message: Message) -> bool:
     return bool(message.layouts) and not any(
         field.role == "value" for layout in message.layouts for field in layout.all_fields
     )
+
+
+def order_entries(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
+    """Yield the safe state and the stop state of a unit, and the stops that its `stop()` sends."""
+    for key in STATES:
+        orders = unit.entry.get(key, {}).get("messages", ())
+        if orders:
+            made = tuple(_order(protocol, unit.name, order, tables) for order in orders)
+            yield Nested(f"{key}=(", made, ")")
+    if halts := {call.constant: None for plan in unit.classes if plan.stops for call in plan.halts}:
+        yield Nested("halts=(", tuple(f"t.{constant}" for constant in halts), ")")
+
+
+def _order(protocol: Protocol, unit: str, order: Json, tables: TableWriter) -> Nested:
+    [message] = [one for one in protocol.messages if one.name == order["message"]]
+    [layout] = message.layouts
+    fields = {field.name: field for field in layout.all_fields}
+    values: list[Source] = []
+    for name, value in order.get("values", {}).items():
+        table = fields[name].enums_by_unit.get(unit, fields[name].enum)
+        named = {entry.name: entry.value for entry in table.values} if table else {}
+        values.append(f"{literal(name)}: {named.get(value, value)}")
+    items: list[Source] = [class_of(message, layout)]
+    if values:
+        items.append(mapping("", values))
+    if "kept" in order:
+        [call] = [call for call in tables.calls if message in call.members.values()]
+        kept = tuple(map(literal, order["kept"]))
+        items += [Nested("kept=(", kept, ")"), f"read=t.{call.constant}"]
+    return Nested("Order(", tuple(items), ")")

@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import groupby
 from typing import NamedTuple
 
-from stagewire_generator.model import Json, Protocol
+from stagewire_generator.model import STATES, Json, Protocol
 from stagewire_generator.model_fields import Field
 from stagewire_generator.naming import camel
 from stagewire_generator.targets.python.brackets import Nested, Source
@@ -171,6 +171,7 @@ class ClassPlan(NamedTuple):
 
     :param base: its base class in the runtime.
     :param element: the class of its bays, channels or axes; empty if it has none.
+    :param stops: whether it has the `stop()` of the runtime, which ends its outputs and loops.
     """
 
     name: str
@@ -178,6 +179,12 @@ class ClassPlan(NamedTuple):
     base: str
     element: str
     parts: tuple[Part, ...]
+    stops: bool = False
+
+    @property
+    def halts(self) -> tuple[Call, ...]:
+        """Its calls that end a motion or an output."""
+        return tuple(call for part in self.parts for call in part.calls if call.kind == "halt")
 
 
 class UnitPlan(NamedTuple):
@@ -227,9 +234,23 @@ def parts_of(plan: Plan) -> Parts:
         )
         for name, entry in entries.items()
     )
-    return Parts(
-        parts, units, _method_names([c.parts for unit in units for c in unit.classes], new)
-    )
+    names = _method_names([c.parts for unit in units for c in unit.classes], new)
+    return Parts(parts, tuple(_with_stops(unit, names) for unit in units), names)
+
+
+def _with_stops(unit: UnitPlan, names: Mapping[str, str]) -> UnitPlan:
+    """Return a unit whose classes have the `stop()` of the runtime if they have something else to end.
+
+    A class with a method `stop` of a message keeps that one.
+    """
+    controller = "bay" if any(plan.level == "bay" for plan in unit.classes) else DEVICE
+    classes = []
+    for plan in unit.classes:
+        own = {names[call.constant] for part in plan.parts for call in part.calls}
+        ordered = plan.level == controller and any(key in unit.entry for key in STATES)
+        stops = "stop" not in own and bool(ordered or plan.halts)
+        classes.append(plan._replace(stops=stops))
+    return unit._replace(classes=tuple(classes))
 
 
 def _verbs(call: Call, known: frozenset[str]) -> tuple[str, ...]:

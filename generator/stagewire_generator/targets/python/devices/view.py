@@ -84,7 +84,7 @@ def _views(
 ) -> Iterator[UnitClassView]:
     base = f"{plan.base}[{plan.element}]" if plan.element else plan.base
     parts = [f"{part.calls[0].message.chapter}.{part.name}" for part in plan.parts]
-    bases = (base, *parts)
+    bases = (base, *(["Stoppable"] if plan.stops else []), *parts)
     reported = types.of_unit(unit, plan)
     typed = [f"if TYPE_CHECKING:\n        _reported: {reported}"] if reported else []
     members = []
@@ -306,6 +306,7 @@ def _side(
     tables = any("(t." in member for member in members)
     every = tuple(view.name for view in units if not view.name.startswith("_"))
     bases = {plan.base for unit in parts.units for plan in unit.classes}
+    bases |= {"Stoppable" for unit in parts.units for plan in unit.classes if plan.stops}
     chapters = [m.name for m in modules]
     imports = units_imports(protocol.package, package, bases, chapters, aio, typed, tables)
     return SideView(
