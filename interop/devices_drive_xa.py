@@ -14,8 +14,23 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import device_families
 from results import Results
-from xa_simulator import BBD303, KDC101, KSC101, KST201, LTS300C, NotStartedError, simulated
+from xa_simulator import (
+    BBD303,
+    BPC301,
+    KDC101,
+    KIM001,
+    KIM101,
+    KNA101,
+    KPC101,
+    KSC101,
+    KST201,
+    LTS300C,
+    PDXC2,
+    NotStartedError,
+    simulated,
+)
 
 import stagewire_apt
 from stagewire.errors import MotionStoppedError, ReplyTimeoutError, StagewireError
@@ -42,6 +57,9 @@ class Case:
     known: Mapping[str, str] = field(default_factory=dict)
 
 
+CHANNEL = ("get_chan_enable_state", "get_home_params", "get_lim_switch_params")
+"""The calls of a channel that the simulation of a KIM101 does not answer."""
+COUNTER = "the position counter of the simulation stays at 0, also after its own moves"
 STUCK = "a move ends at once at 0, also one that the SDK itself commands"
 
 CASES = (
@@ -77,6 +95,41 @@ CASES = (
         "KSC101",
         KSC101,
         silent=frozenset(("get_bay_used", "get_button_params", "get_kcube_pos_trig_params")),
+    ),
+    Case(
+        "KIM101",
+        KIM101,
+        silent=frozenset(("get_bay_used", "get_status_update", *CHANNEL)),
+        known={"counter follows": COUNTER},
+    ),
+    Case(
+        "KIM001",
+        KIM001,
+        {"identify": False},
+        silent=frozenset(("get_home_params", "get_lim_switch_params", "get_status_update")),
+        known={"counter follows": COUNTER},
+    ),
+    Case("PDXC2", PDXC2),
+    Case(
+        "BPC301",
+        BPC301,
+        silent=frozenset(("get_output_lut", "get_output_lut_params", "get_status_bits")),
+    ),
+    Case("KPC101", KPC101, silent=frozenset(("get_pz_status_update",))),
+    Case(
+        "KNA101",
+        KNA101,
+        silent=frozenset(
+            (
+                "get_bay_used",
+                "get_dig_outputs",
+                "get_nt_circ_centre_pos",
+                "get_nt_tia_lp_filter_coeffs",
+                "get_nt_tia_lp_filter_params",
+                "get_nt_tia_reading",
+                "get_tna_disp_settings",
+            )
+        ),
     ),
     Case(
         "BBD303",
@@ -157,20 +210,22 @@ class Trial:
     def _use(self, device: Any) -> None:
         one = device.bays[0] if hasattr(device, "bays") else device
         self._read(one)
-        if hasattr(one, "home"):
+        if hasattr(one, "home") and hasattr(one, "move_absolute"):
             self._drive(one)
         if hasattr(one, "set_sol_state"):
             one.set_sol_operating_mode(operating_mode="SOLENOID_MANUAL")
             one.set_sol_state(state="SOLENOID_ON")
             state = self.call("opens the shutter", one.get_sol_state)
             self.expect("shutter is open", state is not None and state.state == 1, f"{state}")
+        device_families.use(self, one)
 
     def _read(self, device: Any) -> None:
         silent, failed = set(), []
-        names = getters(device)
-        for name in names:
+        channels = device.channels[:1] if hasattr(device, "channels") else []
+        names = [(each, name) for each in (device, *channels) for name in getters(each)]
+        for each, name in names:
             try:
-                getattr(device, name)()
+                getattr(each, name)()
             except ReplyTimeoutError:
                 silent.add(name)
             except StagewireError as error:

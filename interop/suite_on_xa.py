@@ -20,7 +20,18 @@ from pathlib import Path
 from typing import Any
 
 from results import Results
-from xa_simulator import BBD303, KDC101, KSC101, KST201, LTS300C, NotStartedError, simulated
+from xa_simulator import (
+    BBD303,
+    BPC301,
+    KDC101,
+    KPC101,
+    KSC101,
+    KST201,
+    LTS300C,
+    PDXC2,
+    NotStartedError,
+    simulated,
+)
 
 LONGEST = 800
 """The seconds after which a run of the suite is ended."""
@@ -100,6 +111,35 @@ CASES = (
         known={**BYTES, **VERSION, **LIMITS, **MOTION},
     ),
     Case("KSC101", KSC101, known=BYTES),
+    Case(
+        "PDXC2",
+        PDXC2,
+        known={
+            **BYTES,
+            **UPDATES,
+            "back-to-back": "of ten status requests without pauses, it answers about six",
+        },
+    ),
+    Case(
+        "BPC301",
+        BPC301,
+        known={
+            **BYTES,
+            **VERSION,
+            **UPDATES,
+            "answers/*/PZ_REQ_INPUTVOLTSSRC/1": "the source has a bit that the document does not define",
+        },
+    ),
+    Case(
+        "KPC101",
+        KPC101,
+        known={
+            **BYTES,
+            "identification/*": "the model number is empty (Issue 37, page 52)",
+            "answers/*/PZ_REQ_OUTPUTLUTPARAMS/1": "cycles and delay are 0, which the document excludes",
+            "readback/*/PZ_SET_OUTPUTLUTPARAMS/1": "cycles and delay are 0, which the document excludes",
+        },
+    ),
     Case(
         "BBD303",
         BBD303,

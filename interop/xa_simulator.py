@@ -18,6 +18,12 @@ KDC101 = {"PartNumber": "KDC101", "SerialNumber": "27000001", "ActuatorType": "M
 KST201 = {"PartNumber": "KST201", "SerialNumber": "26000001", "ActuatorType": "ZST213"}
 LTS300C = {"PartNumber": "LTS300C", "SerialNumber": "45000001"}
 KSC101 = {"PartNumber": "KSC101", "SerialNumber": "68000001", "ActuatorType": "SH05"}
+KIM101 = {"PartNumber": "KIM101", "SerialNumber": "97000001"}
+KIM001 = {"PartNumber": "KIM001", "SerialNumber": "98000001"}
+PDXC2 = {"PartNumber": "PDXC2", "SerialNumber": "112000001", "ActuatorType": "PDX1"}
+BPC301 = {"PartNumber": "BPC301", "SerialNumber": "41000001"}
+KPC101 = {"PartNumber": "KPC101", "SerialNumber": "113000001"}
+KNA101 = {"PartNumber": "KNA101", "SerialNumber": "57000001"}
 BBD303 = {
     "PartNumber": "BBD303",
     "SerialNumber": "103003334",
