@@ -39,7 +39,7 @@ def _inertial(trial: Trial, device: Any) -> None:
     end = trial.call("moves to a position", lambda: channel.move_absolute(counts=200))
     position = end and end.values.abs_position
     trial.expect("is where it was sent", position == 200, f"{position} steps")
-    trial.call("jogs", lambda: channel.move_jog("FORWARD"))
+    trial.call("jogs", lambda: channel.jog("FORWARD"))
     motion = channel.start_move_absolute(counts=100_000)
     time.sleep(0.3)
     trial.call("stops", channel.stop)
@@ -52,7 +52,7 @@ def _inertial_stage(trial: Trial, device: Any) -> None:
     """Jog, home and stop a stage."""
     device.enable()
     device.set_pos_control_mode(mode="OPEN_LOOP")
-    trial.call("jogs", lambda: device.move_jog("FORWARD"))
+    trial.call("jogs", lambda: device.jog("FORWARD"))
     trial.call("homes", device.home)
     trial.call("stops", device.stop)
 
