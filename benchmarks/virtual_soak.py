@@ -61,6 +61,13 @@ def updates_of(unit: Unit) -> frozenset[int]:
     return frozenset(unit.message(name)["id"] for name in starts if name in unit.messages)
 
 
+def names_channel(unit: Unit) -> bool:
+    """Return whether the updates of a unit name a channel; else one update is for all channels."""
+    starts = unit.message("HW_START_UPDATEMSGS")["exchange"]["starts"]
+    [status] = [name for name in starts if name in unit.messages]
+    return "chan_ident" in PROTOCOL.message_class(status, "data").layout.fields
+
+
 # The process that serves
 
 
@@ -97,9 +104,8 @@ class Listener(asyncio.Protocol):
             self.alive = PROTOCOL.message_class(unit.facts["keep_alive"])().pack(self.address, HOST)
         self.expected = updates_of(unit)
         self.framer = PROTOCOL.framer(End.HOST)
-        self.arrivals: dict[int, list[float]] = {
-            channel: [] for channel in range(1, unit.facts["channels"] + 1)
-        }
+        channels = range(1, unit.facts["channels"] + 1) if names_channel(unit) else [0]
+        self.arrivals: dict[int, list[float]] = {channel: [] for channel in channels}
 
     def connection_made(self, transport: Any) -> None:
         """Record the connection."""
@@ -120,7 +126,7 @@ class Listener(asyncio.Protocol):
         for event in self.framer.feed(data):
             if not isinstance(event, Received) or event.id not in self.expected:
                 raise SystemExit(f"not an update: {event}")
-            self.arrivals[event.raw[6]].append(now)
+            self.arrivals[getattr(event.frame.message, "chan_ident", 0)].append(now)
 
     def latenesses(self) -> Iterator[float]:
         """Yield the delay of each update in seconds."""

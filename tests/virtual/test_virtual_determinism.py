@@ -62,7 +62,7 @@ def test_another_process_produces_the_same_bytes(first: list[str]) -> None:
     assert session(1, "2") == first
 
 
-FEW = 8
+FEW = 12
 """Units with few values, such as the MFF101, may answer the few messages of a session alike."""
 
 

@@ -33,6 +33,7 @@ MOTORS = [
     and unit.positions is None
     and unit.kind != "bay"
     and name in simulated_units()
+    and "PZ_SET_NTMODE" not in simulated_units()[name].messages  # has a status without a motor
 ]
 
 

@@ -213,7 +213,7 @@ ON_A_TDC001 = sorted(
         (
             {"name": "RACK", "bays": ["TDC001"]},
             "(RACK), key bays",
-            "is not a module of a rack (modules: MPZ601, MST601, MST602)",
+            "is not a module of a rack (modules: MNA601, MPZ601, MST601, MST602)",
         ),
     ],
 )

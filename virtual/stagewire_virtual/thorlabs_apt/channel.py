@@ -29,6 +29,7 @@ class Channel:
     :param clockwise: 1 if the position counter rises clockwise, -1 if it falls. Clockwise (CW) is direction
         1, forward, of jogs and velocity moves, of the motion and limit bits of the status, and of the limit
         switch parameters; the document gives it no sign. Homing, positions and distances do not depend on it.
+    :param first: the first channel of its controller; None if it is the first itself.
     """
 
     behaviour: Behaviour
@@ -42,6 +43,7 @@ class Channel:
         settings: Settings,
         random: random.Random,
         clockwise: int = 1,
+        first: Channel | None = None,
     ) -> None:
         self.ident = ident
         self.unit = unit
@@ -49,6 +51,7 @@ class Channel:
         self.settings = settings
         self.random = random
         self.clockwise = clockwise
+        self.first = first or self
         self.enabled = True
         self.parameters: MutableMapping[str, dict[str, Any]] = {}
         """The values of each parameter set, ``MOT_VELPARAMS`` -> field -> value, without the channel.

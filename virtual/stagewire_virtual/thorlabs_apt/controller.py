@@ -104,6 +104,7 @@ class Controller:
         if self._status is not None:
             said = set(self._status.layout.fields) - set(self._status.layout.optional)
             self._no_status = dict.fromkeys(sorted(said), 0)
+        self._names_channel = CHANNEL in self._no_status
         rate = unit.facts.get("update_rate_hz")
         self._period = SECOND // rate if rate else None  # None: the period of the message
         self._updates = Updates(clock, self._send_status)
@@ -210,13 +211,13 @@ class Controller:
 
     def _send_status(self, cause: Frame) -> None:
         if not self._transmitter.withholds_updates:
-            for channel in self.channels:
+            for channel in self.channels if self._names_channel else self.channels[:1]:
                 self._send_status_of(channel, cause)
 
     def _send_status_of(self, channel: Channel, cause: Frame) -> None:
         if self._status is not None:
             status = {**self._no_status, **channel.behaviour.status()}
-            if CHANNEL in self._status.layout.fields:
+            if self._names_channel:
                 status[CHANNEL] = channel.ident
             self.send(self._status(**status), cause)
 

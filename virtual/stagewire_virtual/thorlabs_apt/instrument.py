@@ -32,8 +32,10 @@ from stagewire_virtual.thorlabs_apt.flipper import Flipper
 from stagewire_virtual.thorlabs_apt.laser.driver import DiodeDriver
 from stagewire_virtual.thorlabs_apt.laser.source import LaserSource
 from stagewire_virtual.thorlabs_apt.motor.motor import Motor
+from stagewire_virtual.thorlabs_apt.nanotrak.nanotrak import NanoTrak
 from stagewire_virtual.thorlabs_apt.parameters import new_parameters
 from stagewire_virtual.thorlabs_apt.piezo.piezo import Piezo
+from stagewire_virtual.thorlabs_apt.quad import Quad
 from stagewire_virtual.thorlabs_apt.quirks import (
     CLOCKWISE_IS_NEGATIVE,
     QUIRKS,
@@ -55,6 +57,8 @@ _BY_MESSAGE: Final[tuple[tuple[str, type[Behaviour]], ...]] = (
     ("LA_REQ_STATUSUPDATE", LaserSource),
     ("LD_REQ_STATUSUPDATE", DiodeDriver),
     ("TEC_REQ_STATUSUPDATE", Cooler),
+    ("PZ_SET_NTMODE", NanoTrak),
+    ("QUAD_SET_OPERMODE", Quad),
 )
 
 
@@ -184,10 +188,10 @@ class AptInstrument(Instrument):
         self, unit: Unit, where: str, information: HwGetInfo, panels: Sequence[Panel], channels: int
     ) -> Controller:
         """Build a controller with its channels; ``where`` is the prefix of their names."""
-        fitted = [
-            self._build_channel(unit, f"{where}channel {number}", ident)
-            for number, ident in enumerate(_idents(unit, channels), 1)
-        ]
+        fitted: list[Channel] = []
+        for number, ident in enumerate(_idents(unit, channels), 1):
+            first = fitted[0] if fitted else None
+            fitted.append(self._build_channel(unit, f"{where}channel {number}", ident, first))
         controller = Controller(
             unit,
             self.clock,
@@ -202,11 +206,11 @@ class AptInstrument(Instrument):
         self._controllers[where] = controller
         return controller
 
-    def _build_channel(self, unit: Unit, name: str, ident: int) -> Channel:
+    def _build_channel(self, unit: Unit, name: str, ident: int, first: Channel | None) -> Channel:
         settings = _with_built_in(self._options.settings(len(self._channels)), unit)
         chance = random.Random(f"{self._options.seed}/{name}")
         clockwise = -1 if CLOCKWISE_IS_NEGATIVE in self._options.quirks else 1
-        channel = Channel(ident, unit, self.clock, settings, chance, clockwise)
+        channel = Channel(ident, unit, self.clock, settings, chance, clockwise, first)
         behaviour = behaviour_of(unit)
         parameters = new_parameters(channel, behaviour)
         if ZERO_MOTION_PARAMETERS in self._options.quirks:

@@ -14,9 +14,16 @@ from stagewire_virtual.thorlabs_apt.facts import CHANNEL, Message, class_of, fac
 from stagewire_virtual.thorlabs_apt.transmitter import Responder
 
 SAVING: Final = frozenset(
-    {"MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS", "LA_SET_EEPROMPARAMS", "TEC_SET_EEPROMPARAMS"}
+    {
+        "MOT_SET_EEPROMPARAMS",
+        "PZ_SET_EEPROMPARAMS",
+        "NT_SET_EEPROMPARAMS",
+        "LA_SET_EEPROMPARAMS",
+        "QUAD_SET_EEPROMPARAMS",
+        "TEC_SET_EEPROMPARAMS",
+    }
 )
-"""The messages that save parameters (pages 60 and 113; Issue 37, pages 310 and 366)."""
+"""The messages that save parameters (pages 60 and 113; Issue 37, pages 290, 310, 353 and 366)."""
 
 _ENABLE_STATE: Final = "MOD_CHANENABLESTATE"
 """The set that enables and disables a channel, in addition to being stored (page 17)."""
@@ -81,10 +88,10 @@ class Parameters:
         self._controller = controller
         self._facts = facts_of(unit)
         self._unit = unit
-        self._sets_of_id: dict[int, list[str]] = {}  # several where sub-messages share an id
+        self._sets_of_id: dict[int, list[Message]] = {}  # several for an id with sub-messages
         for facts in self._facts.values():
             if facts.role == "set" and facts.set_name in _plain(unit):
-                self._sets_of_id.setdefault(facts.id, []).append(facts.set_name)
+                self._sets_of_id.setdefault(facts.id, []).append(facts)
         self._selectors = {
             facts.set_name: facts.values
             for facts in self._facts.values()
@@ -127,16 +134,20 @@ class Parameters:
                 self._controller.send(self._message(name, channel, asked), frame)
 
     def save(self, frame: Frame) -> None:
-        """Save the sets with the given SET id to the EEPROM, or all if the message has no id."""
+        """Save the sets with the given SET id to the EEPROM, or all if the message has no id.
+
+        A set without a channel is saved for all channels.
+        """
         id = getattr(frame.message, "msg_id", None)
-        every = [name for names in self._sets_of_id.values() for name in names]
+        every = [facts for sets in self._sets_of_id.values() for facts in sets]
         found = every if id is None else self._sets_of_id.get(id, [])
         if not found:
             self._controller.refuse(frame, f"{id:#06x} is not the id of a SET that can be saved")
             return
-        for channel in addressed(self._channels, frame, self._controller):
-            for set_name in found:
-                channel.save(set_name)
+        named = addressed(self._channels, frame, self._controller)
+        for facts in found if named else ():
+            for channel in named if facts.names_channel else self._channels:
+                channel.save(facts.set_name)
 
     def _selected(self, set_name: str, values: Mapping[str, Any]) -> list[dict[str, int]]:
         """Return the fields that select a connector of a set: one entry for each bit of a mask of connectors.
