@@ -65,7 +65,14 @@ class Stand:
     def run(self) -> Run:
         """Run the suite once."""
         declared = declare(self.pics)
-        allowed = Permissions(settings=True, motion=Range.parse(self.motion), eeprom=True)
+        allowed = Permissions(
+            settings=True,
+            motion=Range.parse(self.motion),
+            eeprom=True,
+            shutter=True,
+            piezo=True,
+            zero=True,
+        )
         checks = plan(declared, allowed)
         announced = Plan(declared=declared, allowed=allowed, checks=tuple(checks)).seconds
         link = open_link(self.url)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import allowances
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.permissions import Permissions, Range
@@ -31,7 +32,7 @@ class DeclaredBench:
     @cached_property
     def allowed(self) -> Permissions:
         """All permissions, within the range."""
-        return Permissions(settings=True, motion=Range.parse(self.motion), eeprom=True, tuning=True)
+        return allowances.everything(Range.parse(self.motion))
 
     @cached_property
     def checks(self) -> list[Check]:

@@ -84,6 +84,48 @@ def device(
         bool,
         typer.Option("--allow-eeprom", help="Allow saving the current settings to EEPROM."),
     ] = False,
+    allow_laser: Annotated[
+        bool,
+        typer.Option(
+            "--allow-laser",
+            help="Allow lasers to be switched on, and their light to be changed.",
+        ),
+    ] = False,
+    allow_heater: Annotated[
+        bool,
+        typer.Option(
+            "--allow-heater",
+            help="Allow the current of heaters and coolers to be changed.",
+        ),
+    ] = False,
+    allow_shutter: Annotated[
+        bool,
+        typer.Option(
+            "--allow-shutter",
+            help="Allow shutters to be opened, with --allow-motion.",
+        ),
+    ] = False,
+    allow_piezo: Annotated[
+        bool,
+        typer.Option(
+            "--allow-piezo",
+            help="Allow output voltages of piezo drivers to be changed, with --allow-motion.",
+        ),
+    ] = False,
+    allow_zero: Annotated[
+        bool,
+        typer.Option(
+            "--allow-zero",
+            help="Allow piezo actuators to move through their whole range to find the zero.",
+        ),
+    ] = False,
+    allow_inertial: Annotated[
+        bool,
+        typer.Option(
+            "--allow-inertial",
+            help="Allow drive voltages of inertial motors to be changed, with --allow-tuning.",
+        ),
+    ] = False,
     only: Annotated[
         list[str] | None,
         typer.Option(
@@ -129,10 +171,18 @@ def device(
     plan = plan_of(
         unit,
         pics,
-        settings=allow_settings,
-        tuning=allow_tuning,
         motion=allow_motion,
-        eeprom=allow_eeprom,
+        granted={
+            "settings": allow_settings,
+            "tuning": allow_tuning,
+            "eeprom": allow_eeprom,
+            "laser": allow_laser,
+            "heater": allow_heater,
+            "shutter": allow_shutter,
+            "piezo": allow_piezo,
+            "zero": allow_zero,
+            "inertial": allow_inertial,
+        },
         only=several(only),
         seed=seed,
         stages=stages,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -29,20 +29,21 @@ def plan_of(
     unit: str | None,
     pics: Path | None,
     *,
-    settings: bool,
-    tuning: bool,
     motion: str | None,
-    eeprom: bool,
+    granted: Mapping[str, bool],
     only: Sequence[str],
     seed: int,
     stages: Path | None,
 ) -> Plan:
-    """Return the plan for the options; raise :class:`CalledWronglyError` if they are invalid."""
+    """Return the plan for the options; raise :class:`CalledWronglyError` if they are invalid.
+
+    :param granted: the other permissions, by their names in :class:`.Permissions`.
+    """
     try:
         span = Range.parse(motion) if motion else None
     except StagewireError as error:
         raise CalledWronglyError(f"--allow-motion: {error}") from None
-    allowed = Permissions(settings=settings, motion=span, eeprom=eeprom, tuning=tuning)
+    allowed = Permissions(motion=span, **granted)
     try:
         own = own_stages(stages if pics is not None else None)
         return Plan.of(unit, allowed, pics=pics, only=only, seed=seed, own_stages=own)

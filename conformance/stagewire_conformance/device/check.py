@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from stagewire_conformance.device.permissions import Need
+from stagewire_conformance.device.permissions import HAZARDS, Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -21,6 +21,7 @@ _OPTIONS: Final[dict[Need, str]] = {
     Need.TUNING: "--allow-tuning",
     Need.MOTION: "--allow-motion MIN..MAX",
     Need.EEPROM: "--allow-eeprom",
+    **{hazard: f"--allow-{hazard}" for hazard in HAZARDS},
 }
 
 _ALLOWED: Final = "the allowed range"

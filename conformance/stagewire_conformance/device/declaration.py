@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
@@ -18,7 +18,7 @@ from stagewire.protocols import (
     Protocol,
     usable_protocols,
 )
-from stagewire_conformance.device.permissions import Range, RangeError
+from stagewire_conformance.device.permissions import Need, Range, RangeError, needs_of
 from stagewire_conformance.device.pics import Pics
 from stagewire_conformance.device.targets import (
     RACK,
@@ -83,6 +83,28 @@ class Declaration:
     def claims(self, message: str, place: Target | None = None) -> bool:
         """Return whether a place supports a message, or any place if none is given."""
         return any(message in each.messages for each in ((place,) if place else self.places))
+
+    def hazard(self, message: str, place: Target | None = None) -> str:
+        """Return the hazard of a message at a place, or at any place; empty if it has none."""
+        own = str(self.registry.messages.get(message, {}).get("hazard", ""))
+        places = (place,) if place else self.places
+        return own or next(filter(None, (self._added(each).get(message) for each in places)), "")
+
+    def _added(self, place: Target) -> Mapping[str, str]:
+        """Return the hazards that the family of a unit adds to those of its messages."""
+        units, families = self.registry.table("units"), self.registry.table("families")
+        family = units.get(place.unit.name, {}).get("family", "")
+        added: Mapping[str, str] = families.get(family, {}).get("hazards", {})
+        return added
+
+    def needs(self, messages: Iterable[str], place: Target) -> frozenset[Need]:
+        """Return the permissions without which messages may not be sent to a place."""
+        found: set[Need] = set()
+        for name in messages:
+            entry = self.registry.messages[name]
+            if entry["direction"] != "to_host":
+                found |= needs_of(entry["effect"], self.hazard(name, place)) or set()
+        return frozenset(found)
 
     def place_at(self, address: int) -> Target | None:
         """Return the place with an address or axis identifier."""

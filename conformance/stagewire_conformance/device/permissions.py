@@ -104,12 +104,43 @@ _ALWAYS: Final = ("none", "stream", "stop")
 
 
 class Need(StrEnum):
-    """A permission that a check needs."""
+    """A permission that a check needs. The last six are hazards of the registry."""
 
     SETTINGS = "settings"
     TUNING = "tuning"
     MOTION = "motion"
     EEPROM = "eeprom"
+    LASER = "laser"
+    HEATER = "heater"
+    SHUTTER = "shutter"
+    PIEZO = "piezo"
+    ZERO = "zero"
+    INERTIAL = "inertial"
+
+
+HAZARDS: Final = frozenset(
+    {Need.LASER, Need.HEATER, Need.SHUTTER, Need.PIEZO, Need.ZERO, Need.INERTIAL}
+)
+"""The permissions for messages that can switch an output on or change one."""
+_WITHOUT_RANGE: Final = frozenset({Need.LASER, Need.HEATER})
+"""Hazards of outputs that have no range of positions or voltages, so that ``motion`` is not needed."""
+
+
+def needs_of(effect: str | None, hazard: str = "") -> frozenset[Need] | None:
+    """Return the permissions that sending a message needs; None if it is never sent.
+
+    :param effect: of the message in the registry; None if controllers do not receive it.
+    :param hazard: of the message in the registry; empty if it has none.
+    """
+    if effect in _ALWAYS:
+        return frozenset()
+    if effect is None or effect not in _EFFECTS:
+        return None
+    needs = {Need(effect), *([Need(hazard)] if hazard else [])}
+    return frozenset(needs - {Need.MOTION} if needs & _WITHOUT_RANGE else needs)
+
+
+_EFFECTS: Final = frozenset(set(Need) - HAZARDS)
 
 
 @dataclass(frozen=True)
@@ -117,30 +148,37 @@ class Permissions:
     """The permissions of a run. Sending requests is always allowed.
 
     :param settings: change settings, and restore them.
-    :param tuning: change the gains and currents of control loops, and restore them.
     :param motion: move stages and drive outputs within a range.
     :param eeprom: write to non-volatile memory.
+    :param tuning: change the gains and currents of control loops, and restore them.
+    :param laser: switch laser output on, and change its power or current.
+    :param heater: change the current of a thermoelectric cooler.
+    :param shutter: open shutters.
+    :param piezo: change the output voltages of piezo drivers, also by their loops and sources.
+    :param zero: let piezo actuators move through their whole range to find the zero.
+    :param inertial: change the drive voltages of inertial motors.
     """
 
     settings: bool = False
     motion: Range | None = None
     eeprom: bool = False
     tuning: bool = False
+    laser: bool = False
+    heater: bool = False
+    shutter: bool = False
+    piezo: bool = False
+    zero: bool = False
+    inertial: bool = False
 
     @property
     def granted(self) -> frozenset[Need]:
         """The permissions that are granted."""
-        met = {
-            Need.SETTINGS: self.settings,
-            Need.TUNING: self.tuning,
-            Need.MOTION: self.motion is not None,
-            Need.EEPROM: self.eeprom,
-        }
-        return frozenset(need for need, is_met in met.items() if is_met)
+        return frozenset(need for need in Need if getattr(self, need))
 
-    def opens(self, effect: str | None) -> bool:
-        """Return whether messages with this effect may be sent.
+    def opens(self, effect: str | None, hazard: str = "") -> bool:
+        """Return whether messages with this effect and hazard may be sent.
 
-        The effects are those of the registry. ``connection`` and ``reset`` are never allowed.
+        Both are those of the registry. ``connection`` and ``reset`` are never allowed.
         """
-        return effect in _ALWAYS or effect in self.granted
+        needs = needs_of(effect, hazard)
+        return needs is not None and needs <= self.granted

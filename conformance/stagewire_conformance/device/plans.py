@@ -20,13 +20,16 @@ from stagewire_conformance.device.check import Check, Kind
 from stagewire_conformance.device.checks import kinds_of
 from stagewire_conformance.device.declaration import Declaration, declare
 from stagewire_conformance.device.errors import DeclarationError, NothingToRunError
-from stagewire_conformance.device.permissions import Need, Permissions
+from stagewire_conformance.device.permissions import HAZARDS, Need, Permissions
 from stagewire_conformance.device.pics_file import read_pics
 from stagewire_conformance.device.targets import RACK
 from stagewire_conformance.notation import as_typed
 from stagewire_conformance.registry import about, known_rules
 
-_GRAVITY: Final = (Need.EEPROM, Need.MOTION, Need.TUNING, Need.SETTINGS)
+_GRAVITY: Final = (
+    Need.LASER, Need.HEATER, Need.SHUTTER, Need.ZERO, Need.PIEZO, Need.INERTIAL,
+    Need.EEPROM, Need.MOTION, Need.TUNING, Need.SETTINGS,
+)  # fmt: skip
 """A check with several needs is listed under the first of them: a check that moves is listed as moving."""
 
 
@@ -218,7 +221,8 @@ class Plan:
         words += ["--allow-settings"] if self.allowed.settings else []
         words += [f"--allow-motion={self.allowed.motion}"] if self.allowed.motion else []
         words += ["--allow-tuning"] if self.allowed.tuning else []
-        words += ["--allow-eeprom"] if self.allowed.eeprom else []
+        others = [need for need in Need if need in {Need.EEPROM, *HAZARDS} & self.allowed.granted]
+        words += [f"--allow-{need}" for need in others]
         for pattern in [only] if only else self.only:
             words += ["--only", pattern]
         return as_typed([*words, "--seed", str(self.seed)])

@@ -27,7 +27,7 @@ from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.lines.line import GuardedLink, jitter_of
 from stagewire_conformance.device.lines.standstill import bring_to_rest, moves
-from stagewire_conformance.device.permissions import Need, Permissions, RangeError
+from stagewire_conformance.device.permissions import HAZARDS, Need, Permissions, RangeError
 from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.report import Outcome, Report, digests_of
 from stagewire_conformance.device.results import Entry, Finding, Result
@@ -160,7 +160,7 @@ class _Run:
             elif runs:
                 progress(check, before, total)
                 before += 1
-                if self._held and Need.MOTION in check.needs:
+                if self._held and check.needs & {Need.MOTION, *HAZARDS}:
                     self._left_out[check.id] = f"nothing may move: {self._held}"
                     continue
                 self._run_check(check)

@@ -40,6 +40,17 @@ def facts(report: Report) -> tuple[Fact, ...]:
     return tuple(_facts(report))
 
 
+_ALLOWED = {
+    Need.EEPROM: "write to the EEPROM",
+    Need.LASER: "switch lasers on",
+    Need.HEATER: "change the current of heaters and coolers",
+    Need.SHUTTER: "open shutters",
+    Need.PIEZO: "change output voltages of piezo drivers",
+    Need.ZERO: "zero piezo actuators",
+    Need.INERTIAL: "change drive voltages of inertial motors",
+}
+
+
 def allowed_words(report: Report) -> str:
     """Return a description of what the run was allowed to do."""
     allowed = report.allowed
@@ -47,7 +58,7 @@ def allowed_words(report: Report) -> str:
         *(["change settings, and restore them"] if allowed.settings else []),
         *(["change control loops, and restore them"] if allowed.tuning else []),
         *([f"move within {allowed.motion}"] if allowed.motion else []),
-        *(["write to the EEPROM"] if allowed.eeprom else []),
+        *(words for need, words in _ALLOWED.items() if need in allowed.granted),
     ]
     return (
         "; ".join(["send requests and faulty frames", *more])
@@ -109,6 +120,12 @@ _WHAT = {
     Need.TUNING: "no check that changes control loops",
     Need.MOTION: "no check that moves",
     Need.EEPROM: "no check that writes to the EEPROM",
+    Need.LASER: "no check that switches a laser on",
+    Need.HEATER: "no check that changes the current of a heater",
+    Need.SHUTTER: "no check that opens a shutter",
+    Need.PIEZO: "no check that changes a piezo voltage",
+    Need.ZERO: "no check that zeroes an actuator",
+    Need.INERTIAL: "no check that changes a drive voltage",
 }
 
 

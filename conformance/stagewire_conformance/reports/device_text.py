@@ -20,6 +20,12 @@ _EFFECTS: Final = {
     Need.TUNING: "changes control loops and motor currents, and restores them",
     Need.MOTION: "moves stages or drives outputs",
     Need.EEPROM: "writes to the EEPROM",
+    Need.LASER: "switches lasers on and changes their light",
+    Need.HEATER: "changes the current of heaters and coolers",
+    Need.SHUTTER: "opens shutters",
+    Need.PIEZO: "changes the output voltages of piezo drivers",
+    Need.ZERO: "lets piezo actuators move through their whole range to find the zero",
+    Need.INERTIAL: "changes the drive voltages of inertial motors",
 }
 
 
@@ -33,7 +39,8 @@ def announcement(url: str, plan: Plan) -> Iterator[str]:
     if not effects:
         yield "This run does not change settings, write to memory or move anything."
     for need, checks in effects.items():
-        bound = f" within {plan.allowed.motion}" if need is Need.MOTION else ""
+        within = plan.allowed.motion and need in (Need.MOTION, Need.PIEZO)
+        bound = f" within {plan.allowed.motion}" if within else ""
         yield f"This run {_EFFECTS[need]}{bound}: {counted(len(checks), 'check')}"
         for text in dict.fromkeys(_effect_text(check) for check in checks if check.does):
             yield f"  {text}"

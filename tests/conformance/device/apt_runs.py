@@ -8,6 +8,7 @@ from typing import Any
 
 from faulty_apt_link import FaultyAptLink, LinkFault
 
+import allowances
 import stagewire_virtual
 from stagewire.links import Link
 from stagewire.quantities import Limit
@@ -64,9 +65,7 @@ class Bench:
         return SteppedLink(self.controller)
 
     def allowed(self, motion: str | None = None) -> Permissions:
-        return Permissions(
-            settings=True, motion=Range.parse(motion or self.motion), eeprom=True, tuning=True
-        )
+        return allowances.everything(Range.parse(motion or self.motion))
 
     def behaviour(self, channel: int = 1, bay: int | None = None) -> Any:
         instrument: Any = self.controller.instrument

@@ -22,6 +22,7 @@ from apt_runs import (
 )
 from faulty_apt_link import LinkFault, byte, of
 
+from allowances import ALL_HAZARDS
 from parts import chosen, every_nth
 from stagewire_conformance.device.declaration import declare
 from stagewire_conformance.device.permissions import Permissions, Range
@@ -280,7 +281,7 @@ def test_voltages_and_positions_of_piezos_have_separate_ranges() -> None:
         ),
     ):
         on = bench("BPC001")
-        allowed = Permissions(motion=Range.parse(motion), settings=True)
+        allowed = Permissions(motion=Range.parse(motion), settings=True, **ALL_HAZARDS)
         report = run_on(on, OUTPUTS, allowed=allowed)
         assert not complaints(report)
         passed = {o.kind.name for o in report.outcomes if o.result is Result.PASS}

@@ -19,6 +19,7 @@ from apt_runs import (
 from faulty_apt_link import Change, LinkFault, frame, of
 from watched_links import WatchedLink
 
+from allowances import ALL_HAZARDS
 from parts import every_nth
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
@@ -128,7 +129,7 @@ def test_a_motor_outside_the_range_is_reported_and_not_moved() -> None:
 def test_a_piezo_outside_the_range_is_not_driven() -> None:
     on = bench("BPC001")
     link = WatchedLink(on.link)
-    allowed = Permissions(settings=True, motion=Range.parse("10..20V"))
+    allowed = Permissions(settings=True, motion=Range.parse("10..20V"), **ALL_HAZARDS)
     report = run_on(on, ("piezo-volts", "piezo-lut", "piezo-zero"), link=link, allowed=allowed)
     assert len(complaints(report)) == 3
     assert all(EFFECTS[id_of(raw)] == "none" for raw in link.writes)

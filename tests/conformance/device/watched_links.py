@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import allowances
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_conformance.device.check import Check, Kind
@@ -18,7 +19,7 @@ from stagewire_virtual import VirtualController
 from wrapped_links import WrappedLink
 
 MOTION = Range.parse("0..100000counts")
-ALL = Permissions(settings=True, motion=MOTION, eeprom=True, tuning=True)
+ALL = allowances.everything(MOTION)
 MODULES = ("MST601", None, "MPZ601")
 
 

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 from sample_sheets import FAILED, NOT_RUN, sheet
 
+import allowances
 from stagewire_conformance.device.execution import execute
-from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.permissions import Range
 from stagewire_conformance.device.plans import Plan
 from stagewire_conformance.reports import Fact, Omission, Sheet, Verdict, as_html
 from stagewire_conformance.reports.device_sheet import sheet_of_execution
@@ -81,7 +82,7 @@ def pages_of(made: Sheet) -> tuple[int, dict[str, int]]:
 def run(url: str, pics: str, motion: str, folder: Path) -> Sheet:
     path = folder / "pics.toml"
     path.write_text(pics, encoding="utf-8")
-    allowed = Permissions(settings=True, motion=Range.parse(motion), eeprom=True, tuning=True)
+    allowed = allowances.everything(Range.parse(motion))
     return sheet_of_execution(execute(url, Plan.of(None, allowed, pics=path)))
 
 

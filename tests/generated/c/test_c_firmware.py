@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from toolchain import C_WARNINGS, C, compiles, need
 
+import allowances
 from checkout import ROOT
 from stagewire import End, FramedMessage
 from stagewire.framing import Received
@@ -21,7 +22,7 @@ from stagewire.protocols import Message
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_conformance.device.execution import Execution, execute
-from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.permissions import Range
 from stagewire_conformance.device.plans import Plan
 from stagewire_conformance.device.run import run
 from stagewire_conformance.reports import Grade, Sheet, Verdict
@@ -108,7 +109,7 @@ def library(folder: Path, unit: str, printed: str = "", changed: str = "") -> Pa
 def plan_of(unit: str) -> Plan:
     """Return the run with all permissions on a controller as its PICS declares it."""
     motion = Range.parse(RANGES[unit])
-    everything = Permissions(settings=True, motion=motion, eeprom=True, tuning=True)
+    everything = allowances.everything(motion)
     return Plan.of(None, everything, pics=EXAMPLES / f"{unit}.toml")
 
 

@@ -1,19 +1,22 @@
 """The guard for controllers with framed messages: it lets only allowed messages pass.
 
-A message is judged by its effect in the registry. One that the registry marks as not sent, such as one
-whose id the sources contradict, is always forbidden. Arbitrary bytes, such as a truncated frame, are searched
-for forbidden messages, because a controller that is out of step may start to read at any byte.
+A message is judged by its effect and its hazard in the registry. One that the registry marks as not sent,
+such as one whose id the sources contradict, is always forbidden. Arbitrary bytes, such as a truncated frame,
+are searched for forbidden messages, because a controller that is out of step may start to read at any byte.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedMessage, FramedProtocol
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NotAllowedError
-from stagewire_conformance.device.permissions import Permissions, RangeError
+from stagewire_conformance.device.permissions import Need, Permissions, RangeError, needs_of
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.targets import Target
 
 _ABSOLUTE: Final = "absolute"
 
@@ -56,18 +59,26 @@ class AptGuard:
         Raises :class:`~stagewire_conformance.device.errors.NotAllowedError`. Nothing is sent then.
         """
         name = message.layout.message
-        why = self._why_closed(name)
+        place = self._declared.place_at(dest)
+        why = self._why_closed(name, place)
         if why:
             raise NotAllowedError(f"{name} to {dest:#04x} is not allowed: {why}")
-        if self.effect(name) == "motion":
+        if Need.MOTION in (needs_of(self.effect(name), self._declared.hazard(name, place)) or ()):
             self._check_target(message, dest)
 
-    def _why_closed(self, message: str) -> str:
-        """Return why a message is forbidden whatever its values, or an empty string."""
-        effect = self.effect(message)
-        if not self._allowed.opens(effect):
-            return "controllers do not receive it" if effect is None else f"its effect is {effect}"
-        return self._not_sent[message]
+    def _why_closed(self, message: str, place: Target | None = None) -> str:
+        """Return why a message is forbidden whatever its values, or an empty string.
+
+        :param place: where it is sent; None for anywhere.
+        """
+        effect, hazard = self.effect(message), self._declared.hazard(message, place)
+        if self._allowed.opens(effect, hazard):
+            return self._not_sent[message]
+        if effect is None:
+            return "controllers do not receive it"
+        if hazard and Need(hazard) not in self._allowed.granted:
+            return f"its hazard is {hazard}, which needs --allow-{hazard}"
+        return f"its effect is {effect}"
 
     def _check_target(self, message: FramedMessage, dest: int) -> None:
         """Refuse a target position outside the range."""

@@ -33,7 +33,7 @@ from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.care import CARE, When
 from stagewire_conformance.device.checks.apt.settings.readback import write_and_read
 from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, PlacedSet, placed_sets
-from stagewire_conformance.device.permissions import Need
+from stagewire_conformance.device.permissions import HAZARDS, Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -233,6 +233,7 @@ def _loops(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
             yield replace(
                 placed.case(),
                 words={"fields": ", ".join(care.fields)},
+                needs=declared.needs((placed.set.set, *ENABLED_SETS), placed.place) & HAZARDS,
                 skip=placed.set.skip or unseen(placed.place),
                 lacks=lacks_range(declared, allowed, (placed.place, placed.channel or 1)),
             )

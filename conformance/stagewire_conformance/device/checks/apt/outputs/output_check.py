@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from stagewire_conformance.device.check import Case, Kind
-from stagewire_conformance.device.permissions import COUNTS, Need
+from stagewire_conformance.device.permissions import COUNTS, HAZARDS, Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -35,6 +35,8 @@ def output_check(
 ) -> Callable[[_Look], _Look]:
     """Declare a function as a check of each channel whose target has some messages; a decorator.
 
+    It needs the permissions for the hazards of its messages.
+
     :param title: has the channel as ``{output}``.
     :param does: has the allowed range as ``{range}``.
     :param settings: whether the check also changes settings.
@@ -54,6 +56,7 @@ def output_check(
                     arguments={"place": place, "channel": channel},
                     words={"output": f"channel {channel} of {place.name}"},
                     messages=also(place),
+                    needs=declared.needs((*messages, *also(place)), place) & HAZARDS,
                     skip=place.why_none(messages) or skip(declared, place),
                     lacks=lacks(declared, allowed, place),
                 )

@@ -241,7 +241,7 @@ def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 def _is_fit(declared: Declaration, placed: PlacedSet) -> bool:
     care = CARE.get(placed.set.name, Care())
     layout, *others = declared.registry.messages[placed.set.set]["layouts"]
-    plain = placed.set.effect == "settings" and not placed.set.skip and care.when is When.ALWAYS
+    plain = placed.set.needs == {Need.SETTINGS} and not placed.set.skip and care.when is When.ALWAYS
     # with two lengths, a packet that is too short for the long one may be a valid short one
     return bool(plain and care.fields and layout["length"] > 1 and not others)
 

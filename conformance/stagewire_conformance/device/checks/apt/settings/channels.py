@@ -13,7 +13,7 @@ from stagewire_conformance.device.causes import SHARED, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_channel
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When
-from stagewire_conformance.device.checks.apt.settings.readback import ELSEWHERE, NEEDS
+from stagewire_conformance.device.checks.apt.settings.readback import ELSEWHERE
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
 from stagewire_conformance.device.checks.apt.settings.variants import first_variant, why_not_now
 
@@ -75,7 +75,7 @@ def _apart(name: str, apart: Sequence[PlacedSet]) -> Iterator[Case]:
         words={"set": one.set, "placed_sets": " and ".join(placed.text for placed in apart)},
         arguments={"apart": apart},
         messages=one.messages,
-        needs=frozenset({NEEDS[one.effect]}),
+        needs=one.needs,
         skip=next((placed.set.skip for placed in apart if placed.set.skip), ""),
     )
 
@@ -128,7 +128,7 @@ def _common(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
                     name=f"{place.name}/{one.set}",
                     arguments={"first": first, "last": last, "field": names[0]},
                     messages=one.messages,
-                    needs=frozenset({NEEDS[one.effect]}),
+                    needs=one.needs,
                     skip=one.skip,
                 )
 

@@ -14,7 +14,6 @@ from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt import later_rules
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care
-from stagewire_conformance.device.checks.apt.settings.readback import NEEDS
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, placed_sets
 from stagewire_conformance.device.checks.apt.settings.variants import first_variant
 
@@ -41,7 +40,7 @@ def _sets(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
                 name=placed.name,
                 arguments={"placed": placed},
                 messages=one.messages,
-                needs=frozenset({NEEDS[one.effect]}),
+                needs=one.needs,
                 skip="" if _UNREAD in one.skip else one.skip,
             )
 

@@ -24,7 +24,6 @@ from stagewire_conformance.device.checks.apt.settings.sets import (
     placed_sets,
 )
 from stagewire_conformance.device.checks.apt.settings.variants import variants, why_not_now
-from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -40,9 +39,6 @@ ELSEWHERE = frozenset(
     }
 )  # fmt: skip
 """Sets that have checks of their own, because they are live or take effect immediately."""
-
-NEEDS = {"settings": Need.SETTINGS, "tuning": Need.TUNING, "motion": Need.MOTION}
-"""Effect of a SET -> the permission that it needs."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +145,7 @@ def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
             yield replace(
                 placed.case(care=care),
                 words={"effect": _does(placed, care)},
-                needs=frozenset({NEEDS[placed.set.effect]}),
+                needs=placed.set.needs,
             )
 
 

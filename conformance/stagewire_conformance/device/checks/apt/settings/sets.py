@@ -18,6 +18,7 @@ from stagewire_conformance.registry import PLAIN, Json, Registry
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Incoming
+    from stagewire_conformance.device.permissions import Need
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
@@ -40,6 +41,7 @@ class ParameterSet:
     :param announces: the messages that the controller sends unsolicited after a SET.
     :param has_channel: whether the messages have a channel.
     :param effect: the effect of the SET.
+    :param needs: the permissions that the SET needs.
     :param chooser: the field with which the REQ selects the connector or port to read; empty without one.
     :param skip: why the set cannot be checked, because of the PICS or because its GET does not contain all
         values of its SET; empty if it can.
@@ -54,6 +56,7 @@ class ParameterSet:
     announces: tuple[str, ...]
     has_channel: bool
     effect: str
+    needs: frozenset[Need]
     chooser: str
     skip: str
 
@@ -91,6 +94,7 @@ def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSe
             announces=tuple(each for each in entry["exchange"].get("announces", ())),
             has_channel=CHANNEL in fields or CHANNEL in asked,
             effect=entry["effect"],
+            needs=declared.needs([setting], place),
             chooser=chosen,
             skip=place.why_none((setting, asking, telling)) or lacking,
         )
