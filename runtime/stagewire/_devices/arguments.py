@@ -306,6 +306,8 @@ def _converted(
     minimum, maximum = entry.minimum, entry.maximum
     if minimum is not None and maximum is not None and not minimum <= counts <= maximum:
         source = layout.source_of(entry.field, named=True)
+        if scales.by_setting(entry.quantity):
+            source = f"; {scales.source(entry.quantity, scale)}{source}"
         _refuse(f"{what}: {keyword}", number, counts, scale, minimum, maximum, source)
     return counts
 

@@ -15,6 +15,7 @@ from stagewire._codec.message import Message
 from stagewire._devices.limits import Limits, check_measurable, limits_of
 from stagewire._devices.motions import Motions, Outputs
 from stagewire._devices.options import SETTINGS, Choices, settable
+from stagewire._devices.ratings import Rating
 from stagewire._devices.readiness import Readiness
 from stagewire._devices.scales import Scales, ToldValue
 from stagewire._devices.stages import Name, Place, Stages
@@ -115,6 +116,7 @@ class Connection(Generic[T]):
             for cls in (told.set, told.get):
                 if cls is not None:
                     self._telling.setdefault(cls, []).append((setting, told))
+        self.rating = Rating(facts, unit, choices.max_volts)
         self.stages = Stages(facts.package, unit, choices, places)
         self.forget()
         self._check_limits()

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, TypedDict
 
 from stagewire._devices.limits import Ceiling
+from stagewire._devices.ratings import SETTING as RATED
+from stagewire._devices.ratings import has_rated
 from stagewire._devices.scales import ByStage, settings_of
 from stagewire._devices.stated_limits import (
     TOLERANCES,
@@ -187,7 +189,8 @@ def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
     """Raise an error for an option that would have no effect on this unit."""
     depended_on = _depended_on(facts, unit)
     for setting, option in SETTINGS.items():
-        if given.get(option) is not None and setting not in depended_on:
+        rated = setting == RATED and has_rated(facts, unit)
+        if given.get(option) is not None and setting not in depended_on and not rated:
             raise BadValueError(f"{option}: no value of a {unit.name} depends on it; leave it out")
     for option in TOLERANCES.values():
         if given.get(option) is not None and POSITION not in unit.quantities:

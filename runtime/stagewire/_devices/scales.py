@@ -247,6 +247,10 @@ class Scales:
         right = rule.unit_on(self.stage)
         return right if unit != right and unit in (rule.unit, rule.rotary_unit) else ""
 
+    def by_setting(self, quantity: str) -> bool:
+        """Return whether the scale of a quantity depends on a setting."""
+        return any(settings_of(self.rules[quantity]))
+
     # For people
 
     def other_unit(self, quantity: str, unit: str) -> str:

@@ -58,7 +58,8 @@ def arguments(call: Any) -> dict[str, Any]:
 def opened(unit: str, enabled: int = 1) -> tuple[Any, InertialController]:
     """Return an open controller whose channel with this number is enabled, and its instrument."""
     line, instrument = controller(unit)
-    device = getattr(devices, unit).open(SteppedLink(line), line="usb")
+    rating = {} if unit.startswith("MPC") else {"max_volts": 125}
+    device = getattr(devices, unit).open(SteppedLink(line), line="usb", **rating)
     if unit == "KIM101":
         device.set_kcube_chan_enable_mode(mode=enabled)
     return device, instrument

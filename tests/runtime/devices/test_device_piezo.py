@@ -27,7 +27,7 @@ def test_volts_are_scaled_by_the_maximum_that_the_controller_reports() -> None:
 
 def test_changing_the_maximum_changes_the_scale() -> None:
     line = RecordingLink(virtual.BPC201())
-    with BPC201.open(line) as bpc:
+    with BPC201.open(line, max_volts=150) as bpc:
         read = bpc.get_output_volts()
         bpc.set_output_volts(voltage=16384)
         before = bpc.get_output_volts()
@@ -57,7 +57,7 @@ def test_an_unsolicited_setting_updates_the_scale() -> None:
 
 def test_a_maximum_from_a_table_is_converted_to_volts() -> None:
     line = RecordingLink(virtual.TPZ001())
-    with TPZ001.open(line) as tpz:
+    with TPZ001.open(line, max_volts=150) as tpz:
         tpz.change_tpz_io_settings(voltage_limit=e.VoltageLimit.VOLTAGELIMIT_150V)
         line.forget()
         tpz.set_output_volts(volts=75)
@@ -171,7 +171,7 @@ def test_only_occupied_bays_are_asked_for_their_settings() -> None:
 
 def test_each_channel_has_its_own_maximum() -> None:
     line = RecordingLink(virtual.BPC002())
-    with BPC002.open(line) as bpc:
+    with BPC002.open(line, max_volts=150) as bpc:
         first, second = bpc.channels
         first.set_output_max_volts(volts=150, flags=0)
         line.forget()

@@ -180,7 +180,7 @@ async def change(
                 if entry.field in held and entry.field not in new:
                     check_held(entry.on(endpoint.scales().controllers), held[entry.field])
             writing = table.written_with(read)
-            message = _message(endpoint, what, table, {**held, **new}, writing)
+            message = _message(endpoint, what, table, {**held, **new}, writing, held)
         except OutOfRangeError as error:
             raise type(error)(
                 f"{what}: the controller holds a value that cannot be written back: {error}; nothing was "
@@ -209,14 +209,17 @@ def _message(
     table: ParameterSet[Any],
     fields: dict[str, Any],
     writing: type[Message] | None = None,
+    held: Mapping[str, Any] | None = None,
 ) -> Message:
     """Return the message that writes the set, after checking the limits.
 
     :param writing: class of the message; None: the one that the registry prefers.
+    :param held: values that the controller holds; None: unknown.
     """
     cls = writing or table.set
     assert cls is not None  # otherwise the method would not exist
     check_limits(endpoint, what, table.given, fields)
+    check_rating(endpoint, what, table.set, table.given, fields, held or {})
     return endpoint.message(cls, fields)
 
 
@@ -225,6 +228,22 @@ def check_limits(
 ) -> None:
     """Raise :class:`~stagewire.errors.LimitError` for values that exceed the limits of the stage."""
     endpoint.connection.limits(endpoint.place).check(what, entries, fields, endpoint.scales())
+
+
+def check_rating(
+    endpoint: Endpoint,
+    what: str,
+    message: type[Message] | None,
+    entries: tuple[Given, ...],
+    fields: Mapping[str, Any],
+    held: Mapping[str, Any],
+) -> None:
+    """Raise :class:`~stagewire.errors.LimitError` for voltages above the rating of the actuator.
+
+    :param held: values that the controller holds, as far as they are known.
+    """
+    rating = endpoint.connection.rating
+    rating.check(what, message, entries, fields, held, endpoint.scales())
 
 
 async def write(
@@ -241,6 +260,7 @@ async def tell(endpoint: Endpoint, table: Command, timeout: float | None, given:
     what = f"{endpoint.name}: {table.name}"
     fields = fields_of(what, table.given, given, endpoint.scales(), of=table.message)
     check_limits(endpoint, what, table.given, fields)
+    check_rating(endpoint, what, table.message, table.given, fields, {})
     message = endpoint.message(table.message, fields)
     seconds = endpoint.seconds(timeout)
     running = endpoint.running(table, what)

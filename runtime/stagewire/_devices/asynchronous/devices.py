@@ -140,7 +140,9 @@ class _Opened(DeviceBase, Part, AsyncClosing):
             degrees
         :param target_tolerance_counts: the same in counts on every channel, with or without a known scale;
             use it without the other two
-        :param max_volts: maximum output voltage, if the controller is not asked for it or does not report it
+        :param max_volts: rating of the actuator. Voltages above it are refused, and so is a range of the
+            controller above it. Without it, the limit that the controller has set is not raised. It is also
+            the maximum output voltage if the controller is not asked for that or does not report it.
         :param max_travel_um: travel of the actuator, if the controller is not asked for it or does not
             report it
         :param settings: other settings that the controller does not report, by name and in their units:

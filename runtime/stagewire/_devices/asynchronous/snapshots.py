@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final, TypeAlias
 
 from stagewire._devices.arguments import fields_of
-from stagewire._devices.asynchronous.calls import change, check_limits, query
+from stagewire._devices.asynchronous.calls import change, check_limits, check_rating, query
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.reals import number_of
 from stagewire._devices.tables import ParameterSet
@@ -68,7 +68,7 @@ async def restore(
         if tables[name].effect in effects:
             held = await _read(endpoint, tables[name], timeout)
             new = {key: value for key, value in wanted.items() if held.get(key) != value}
-            _check(endpoint, f"{what}: {name}", tables[name], new)
+            _check(endpoint, f"{what}: {name}", tables[name], new, held)
             if new:
                 changed.append((tables[name], new))
     for table, new in changed:
@@ -86,7 +86,13 @@ async def _read(
     return {e.keyword: number_of(value, e.real) if e.real else value for e, value in raw}
 
 
-def _check(endpoint: Endpoint, what: str, table: ParameterSet[Any], new: Mapping[str, Any]) -> None:
+def _check(
+    endpoint: Endpoint,
+    what: str,
+    table: ParameterSet[Any],
+    new: Mapping[str, Any],
+    held: Mapping[str, Any],
+) -> None:
     """Raise an error for a keyword that a set does not have, and for a value that cannot be written."""
     if strange := sorted(new.keys() - {entry.keyword for entry in table.given}):
         raise BadValueError(f"{what} has no {', '.join(strange)}; nothing was written")
@@ -94,6 +100,8 @@ def _check(endpoint: Endpoint, what: str, table: ParameterSet[Any], new: Mapping
     if new:
         fields = fields_of(what, table.given, new, endpoint.scales(), of=table.set, some=True)
         check_limits(endpoint, what, table.given, fields)
+        known = {e.field: held[e.keyword] for e in table.given if e.keyword in held and not e.real}
+        check_rating(endpoint, what, table.set, table.given, fields, known)
 
 
 def _settings(

@@ -1,0 +1,118 @@
+"""No voltage above the rating of an actuator is sent, and no limit is raised without a rating."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from inertial_controller import controller
+from recording_link import RecordingLink
+
+import stagewire_virtual as virtual
+from stagewire._devices.ratings import is_rated
+from stagewire.errors import LimitError, OutOfRangeError
+from stagewire_apt import BPC201, KIM101, PROTOCOL, TDC001, TPZ001
+from stagewire_apt.devices import tables as every
+from stagewire_virtual.linking import SteppedLink
+
+
+def opened(cls: Any, **options: Any) -> tuple[Any, RecordingLink]:
+    line = RecordingLink(getattr(virtual, cls.__name__)())
+    device = cls.open(line, **options)
+    line.forget()
+    return device, line
+
+
+def nothing_was_set(line: RecordingLink) -> bool:
+    return not [name for name in line.names(PROTOCOL) if "_SET_" in name]
+
+
+def test_output_voltages_above_the_rating_are_refused() -> None:
+    device, line = opened(BPC201, max_volts=60)
+    with device:
+        calls = (
+            lambda: device.set_output_volts(volts=61), lambda: device.set_output_volts(volts=-61),
+            lambda: device.set_output_volts(voltage=30000), lambda: device.change_output_volts(volts=70),
+            lambda: device.set_output_lut(index=0, output=30000),
+        )  # fmt: skip
+        for call in calls:
+            with pytest.raises(
+                LimitError, match=r"rating of the actuator, 60 V \(set by max_volts\)"
+            ):
+                call()
+        assert nothing_was_set(line)
+        device.set_output_volts(volts=60)
+        device.set_output_volts(volts=-10)
+
+
+def test_a_range_above_the_rating_is_refused() -> None:
+    for cls, call in (
+        (BPC201, lambda d: d.set_output_max_volts(volts=100, flags=0)),
+        (BPC201, lambda d: d.change_output_max_volts(voltage=1500)),
+        (TPZ001, lambda d: d.change_tpz_io_settings(voltage_limit="VOLTAGELIMIT_100V")),
+    ):
+        device, line = opened(cls, max_volts=75)
+        with device:
+            with pytest.raises(LimitError, match="exceeds the rating"):
+                call(device)
+            assert nothing_was_set(line)
+
+
+def test_a_range_is_not_raised_without_a_rating() -> None:
+    device, line = opened(BPC201)
+    with device:
+        with pytest.raises(
+            LimitError, match=r"above 75 V \(from PZ_GET_OUTPUTMAXVOLTS\).*pass max_volts="
+        ):
+            device.set_output_max_volts(volts=100, flags=0)
+        assert nothing_was_set(line)
+        device.set_output_max_volts(volts=75, flags=0)
+        device.set_output_volts(volts=75)
+
+
+def test_volts_out_of_range_name_the_range_and_the_setting() -> None:
+    device, _ = opened(BPC201)
+    with (
+        device,
+        pytest.raises(OutOfRangeError, match=r"to 75 V, not 80 .*maximum_volts 75 V, from PZ_GET"),
+    ):
+        device.set_output_volts(volts=80)
+
+
+def test_a_snapshot_with_a_higher_voltage_is_not_restored() -> None:
+    line, instrument = controller("KIM101")
+    with KIM101.open(SteppedLink(line)) as device:
+        channel = device.channel(1)
+        taken = channel.snapshot()
+        taken["settings"]["drive_op_params"]["max_voltage"] = 125
+        instrument.frames.clear()
+        with pytest.raises(LimitError, match="pass max_volts="):
+            channel.restore(taken, tuning=True)
+        assert not [frame for frame in instrument.frames if frame[:2] == b"\xc0\x08"]
+
+
+@pytest.mark.parametrize(("rating", "volts", "allowed"), [
+    (None, 85, True), (None, 86, False), (110, 110, True), (110, 111, False), (125, 125, True)
+])  # fmt: skip
+def test_drive_voltages(rating: int | None, volts: int, allowed: bool) -> None:
+    line, instrument = controller("KIM101")
+    options = {} if rating is None else {"max_volts": rating}
+    with KIM101.open(SteppedLink(line), **options) as device:
+        instrument.frames.clear()
+        given = {"max_voltage": volts, "step_rate": 500, "step_accn": 1000}
+        if allowed:
+            device.channel(2).set_drive_op_params(**given)
+        else:
+            with pytest.raises(LimitError):
+                device.channel(2).set_drive_op_params(**given)
+        assert bool(instrument.frames) is allowed
+
+
+def test_every_call_that_sets_a_voltage_is_checked() -> None:
+    """The quantities in volts of all calls are those that are checked, and three that drive no actuator."""
+    tables = [table for table in vars(every).values() if not isinstance(table, type)]
+    entries = [entry for table in tables for entry in getattr(table, "given", ())]
+    volts = {e.quantity for e in entries if any(unit == "V" for _, unit, _ in e.ways)}
+    checked = {quantity for quantity in volts if is_rated(TDC001.facts, quantity)}
+    assert checked == {"drive_volts", "lut_output", "maximum_volts", "output_volts", "volts"}
+    assert volts - checked <= {"quad_volts", "monitor_volts", "analog_input"}
