@@ -1,4 +1,4 @@
-"""The list of motions that the library started and that may still be under way."""
+"""The motions that the library started and that may still be under way, and the outputs to switch off."""
 
 from __future__ import annotations
 

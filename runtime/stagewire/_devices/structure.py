@@ -42,6 +42,16 @@ class PartBase:
     def __init__(self, at: Endpoint[Any]) -> None:
         self._at = at
 
+    def __setattr__(self, name: str, value: object) -> None:
+        """Set an attribute that the class has or declares; a misspelt name raises an error."""
+        if name.startswith("_") or _has(type(self), name):
+            object.__setattr__(self, name, value)
+            return
+        near = _near(name, [one for one in dir(type(self)) if not one.startswith("_")])
+        meant = f"; did you mean {', '.join(near)}?" if near else ""
+        what = f"{type(self).__name__} has no attribute {name!r} that can be set{meant}"
+        raise AttributeError(what, name=name, obj=self)
+
     if not TYPE_CHECKING:  # otherwise type checkers would accept any name
 
         def __getattr__(self, name: str) -> Never:
@@ -108,6 +118,21 @@ class PartBase:
     def values(self, message: Message) -> Values[Any] | None:
         """Return the values of a message in engineering units; None if it has none."""
         return self._at.connection.values_of(message, self._at.place)
+
+
+def _near(name: str, known: list[str]) -> list[str]:
+    """Return up to three names that are similar to a name, or contain it."""
+    from difflib import get_close_matches
+
+    containing = sorted((one for one in known if name in one), key=len)
+    return list(dict.fromkeys([*get_close_matches(name, known, 3), *containing]))[:3]
+
+
+def _has(cls: type, name: str) -> bool:
+    """Return whether a class has an attribute or declares one by an annotation."""
+    if hasattr(cls, name):
+        return True
+    return any(name in vars(base).get("__annotations__", ()) for base in cls.__mro__)
 
 
 class DeviceBase(PartBase):
