@@ -21,7 +21,7 @@ def test_a_misspelt_attribute_is_refused_with_the_nearest_names() -> None:
             piezo.volt = 3
         with pytest.raises(AttributeError, match="did you mean set_output_volts, "):
             piezo.set_output_volt = 3
-        with pytest.raises(AttributeError, match="has no attribute 'xyzzy' that can be set$"):
+        with pytest.raises(AttributeError, match=r"attribute 'xyzzy' that can be set$"):
             piezo.xyzzy = 3
         assert "volt" not in vars(piezo)
 
