@@ -7,6 +7,7 @@ from faulty_dynamics import DYNAMICS
 from faulty_identity import IDENTITY
 from faulty_moves import MOVES
 from faulty_outputs import OUTPUTS
+from faulty_piezos import PIEZOS
 from faulty_reception import RECEPTION
 from faulty_replies import REPLIES
 from faulty_settings import SETTINGS
@@ -17,5 +18,6 @@ from faulty_updates import UPDATES
 __all__ = ["COMMANDS", "DEFECTS"]
 
 DEFECTS = (
-    *REPLIES, *SETTINGS, *STORAGE, *STATUS, *UPDATES, *IDENTITY, *RECEPTION, *MOVES, *DYNAMICS, *OUTPUTS
+    *REPLIES, *SETTINGS, *STORAGE, *STATUS, *UPDATES, *IDENTITY, *RECEPTION, *MOVES, *DYNAMICS, *OUTPUTS,
+    *PIEZOS,
 )  # fmt: skip

@@ -15,6 +15,8 @@ from firmware_frames import Frame, cut, is_message, is_whole
 from stagewire.links import Link
 from wrapped_links import WrappedLink
 
+_LEAST = 1e-9
+
 
 class Firmware:
     """The layer between a host and a correct controller. One is made for each run."""
@@ -64,7 +66,8 @@ class FaultyLink(WrappedLink):
 
     def read(self, timeout: float) -> bytes:
         """Return the output of the firmware within ``timeout`` seconds."""
-        end = self.clock() + timeout
+        # a shorter time than the resolution of the clock would never pass
+        end = self.clock() + (max(timeout, _LEAST) if timeout > 0 else 0)
         while not (said := self._due()):
             now = self.clock()
             until = min(end, self._later[0][0]) if self._later else end
