@@ -167,8 +167,9 @@ _CREEP: Final = 100
 
 def looks_at_rest(channel: ChannelStatus) -> list[Look]:
     """Return the comparisons for a channel at rest."""
-    has_velocity = channel.moving and "velocity" in channel.fields
-    return [*([_motion] if channel.moving else []), *([_velocity] if has_velocity else [])]
+    if not channel.moving or "position" not in channel.fields:
+        return []
+    return [_motion, *([_velocity] if "velocity" in channel.fields else [])]
 
 
 def _motion(trial: Trial, channel: ChannelStatus) -> Difference | None:
