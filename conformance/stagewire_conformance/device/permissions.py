@@ -122,7 +122,7 @@ HAZARDS: Final = frozenset(
     {Need.LASER, Need.HEATER, Need.SHUTTER, Need.PIEZO, Need.ZERO, Need.INERTIAL}
 )
 """The permissions for messages that can switch an output on or change one."""
-_WITHOUT_RANGE: Final = frozenset({Need.LASER, Need.HEATER})
+WITHOUT_RANGE: Final = frozenset({Need.LASER, Need.HEATER})
 """Hazards of outputs that have no range of positions or voltages, so that ``motion`` is not needed."""
 
 
@@ -137,7 +137,7 @@ def needs_of(effect: str | None, hazard: str = "") -> frozenset[Need] | None:
     if effect is None or effect not in _EFFECTS:
         return None
     needs = {Need(effect), *([Need(hazard)] if hazard else [])}
-    return frozenset(needs - {Need.MOTION} if needs & _WITHOUT_RANGE else needs)
+    return frozenset(needs - {Need.MOTION} if needs & WITHOUT_RANGE else needs)
 
 
 _EFFECTS: Final = frozenset(set(Need) - HAZARDS)

@@ -27,7 +27,13 @@ from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.lines.line import GuardedLink, jitter_of
 from stagewire_conformance.device.lines.standstill import bring_to_rest, moves
-from stagewire_conformance.device.permissions import HAZARDS, Need, Permissions, RangeError
+from stagewire_conformance.device.permissions import (
+    HAZARDS,
+    WITHOUT_RANGE,
+    Need,
+    Permissions,
+    RangeError,
+)
 from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.report import Outcome, Report, digests_of
 from stagewire_conformance.device.results import Entry, Finding, Result
@@ -106,6 +112,7 @@ class _Run:
         self._jitter = 0.0
         self._unfinished = ""
         self._stops: tuple[str, ...] = ()
+        self._was_on = ""  # the outputs that were on when the run began, for a sentence
         self._held = ""  # why nothing may move in the rest of the run
         self._left_out: dict[str, str] = {}  # why a check was not run, by its id
         self._causes = Causes()
@@ -119,6 +126,7 @@ class _Run:
                 self._identify()
                 self._jitter = jitter_of(line).late
                 line.settle()
+                self._was_on = " and ".join(line.live())
                 self._run_checks(progress)
                 line.leave()
             except KeyboardInterrupt:
@@ -160,6 +168,11 @@ class _Run:
             elif runs:
                 progress(check, before, total)
                 before += 1
+                if self._was_on and check.needs:
+                    self._left_out[check.id] = (
+                        f"the output of {self._was_on} was on when the run began"
+                    )
+                    continue
                 if self._held and check.needs & {Need.MOTION, *HAZARDS}:
                     self._left_out[check.id] = f"nothing may move: {self._held}"
                     continue
@@ -246,6 +259,7 @@ class _Run:
         line.rest()
         if check.needs & {Need.SETTINGS, Need.TUNING} and line.rest_rule:
             self._see_rest(trial)
+        self._see_outputs(check, trial)
         for text in line.settle():
             trial.info(f"received after the check, unsolicited: {text}")
         for name, raw in line.unasked_ends.items() if trial.result is Result.PASS else ():
@@ -257,6 +271,18 @@ class _Run:
                 cause=_UNASKED,
             )
         line.forget()
+
+    def _see_outputs(self, check: Check, trial: Trial) -> None:
+        """Report and switch off an output that can burn or heat and is on after a check."""
+        if not check.needs:
+            return
+        names = self._line.live()
+        for name in names:
+            asked = check.needs & WITHOUT_RANGE
+            why = "after a check that switches it off" if asked else "but nothing switched it on"
+            trial.must(False, f"the output of {name} is on, {why}", cause=Cause(name, "output"))
+        if names:
+            self._line.adrift += self._line.switch_off()
 
     def _see_rest(self, trial: Trial) -> None:
         """Report and stop everything that moves although nothing was asked to move."""
@@ -313,7 +339,17 @@ class _Run:
             digests=digests_of(self._declared),
             identification=self._identification,
             stops=self._stops,
-            adrift=tuple(part.text for part in self._line.adrift),
+            adrift=(
+                *(part.text for part in self._line.adrift),
+                *(
+                    [
+                        f"the output of {self._was_on} was on when the run began, so no setting or output "
+                        "was written"
+                    ]
+                    if self._was_on
+                    else []
+                ),
+            ),
             defect=self._defect,
         )
 

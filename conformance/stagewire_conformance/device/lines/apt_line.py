@@ -23,10 +23,11 @@ from stagewire_conformance.device.lines.apt_guard import AptGuard
 from stagewire_conformance.device.lines.apt_parts import AptParts
 from stagewire_conformance.device.lines.dialogue import Incoming, addressed_text
 from stagewire_conformance.device.lines.line import GuardedLink
+from stagewire_conformance.device.lines.live_outputs import LiveOutputs
 from stagewire_conformance.device.lines.motions import Moved
-from stagewire_conformance.device.lines.standstill import Part, bring_to_rest
+from stagewire_conformance.device.lines.standstill import Adrift, Part, bring_to_rest
 from stagewire_conformance.device.lines.strays import cause_of_silence, subject_of
-from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.permissions import WITHOUT_RANGE, Need, Permissions
 from stagewire_conformance.device.targets import names_of
 
 if TYPE_CHECKING:
@@ -76,6 +77,8 @@ class AptLine(GuardedLink):
         self._moved = Moved(declared, self._matching)
         self.unasked_ends, self.ends = self._moved.unasked, self._moved.ends
         self._parts = AptParts(self, self._moved, self._write_now)
+        self._outputs = LiveOutputs(self, self._write_now)
+        self._hot = False  # a message that can burn or heat was sent
         self._framer = protocol.framer(End.HOST)
         self._answers: dict[str, tuple[type[FramedMessage], ...]] = {}
         self._last = 0.0  # time of the last received bytes
@@ -110,7 +113,15 @@ class AptLine(GuardedLink):
         self._moved.sends(message, dest, effect)
         if effect == "motion":
             self._starts()
+        self._hot |= effect != "stop" and bool(self.needs(message, dest) & WITHOUT_RANGE)
         self._say(message, dest, source)
+
+    def needs(self, message: FramedMessage, dest: int) -> frozenset[Need]:
+        """Return the permissions without which a message is refused."""
+        place = self.declared.place_at(dest)
+        return (
+            frozenset() if place is None else self.declared.needs([message.layout.message], place)
+        )
 
     def suspect(self, place: Target, channel: int) -> None:
         """Also stop this channel if the check is interrupted: a faulty controller may move it now."""
@@ -385,5 +396,20 @@ class AptLine(GuardedLink):
         self._moved.forget()
         self._rests = True
 
+    def live(self) -> list[str]:
+        """Return the targets with an output that is on; see :meth:`.GuardedLink.live`."""
+        return [place.name for place in self._outputs.on()]
+
+    def switch_off(self) -> list[Adrift]:
+        """Switch off all outputs that can burn or heat; see :meth:`.GuardedLink.switch_off`."""
+        for place in self._outputs.places:
+            self._outputs.switch_off(place)
+        return [
+            Adrift(f"the output of {name} is still on after it was switched off")
+            for name in self.live()
+        ]
+
     def leave(self) -> None:
-        """Do nothing: first contact changes nothing."""
+        """Switch off the outputs that can burn or heat, if the run has used them, and note those still on."""
+        if self._hot:
+            self.adrift += self.switch_off()

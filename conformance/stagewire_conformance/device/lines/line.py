@@ -240,6 +240,14 @@ class GuardedLink(ABC):
     def others(self) -> Sequence[Part]:
         """Return everything else that can move: a faulty controller may move it instead."""
 
+    def live(self) -> list[str]:
+        """Return the names of the targets with an output that can burn or heat, and is on."""
+        return []
+
+    def switch_off(self) -> list[Adrift]:
+        """Switch off all outputs that can burn or heat; return those that are still on."""
+        return []
+
     @abstractmethod
     def forget(self) -> None:
         """Forget all motions, before the next check."""
