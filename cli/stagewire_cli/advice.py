@@ -21,6 +21,8 @@ _WORDS: Final = (
     (r"(?:pass stage=|use )Stage\.of_user\(\.\.\.\)(?: to open| for others| to give its scales yourself)",
      "give your own stage with --stages FILE --stage NAME"),
     (r"pass stage= to open", "give --stage NAME"),
+    (r"call enable\(\), which disables the other channels", "give --enable, which disables the others"),
+    (r"call enable\(\)", "give --enable"),
     (r"open it with baudrate=(\d+), or set", r"use the library with baudrate=\1, or set"),
     (r"serial_number=(\d+)", r"usb://\1"),
 )  # fmt: skip

@@ -25,6 +25,8 @@ Examples:
   stagewire move COM3 --stage PRM1-Z8 --to 30deg
   stagewire move COM3 --counts --by -2000
   stagewire move COM4 --unit MFF101 --to 2
+  stagewire move COM5 --unit KIM101 --channel 3 --counts --by 200 --enable
+  stagewire move COM6 --unit MPC320 --channel 2 --to 45deg
   stagewire move COM3 --stage Z8 --by 0.1 --csv step.csv --plot step.png
   stagewire move socket://10.0.0.5:4001 --unit BBD102 --stage MLS203 --bay 2 --to 10 --yes
 """
@@ -56,6 +58,13 @@ MoveTravel = Annotated[
         "--travel",
         metavar="LENGTH|LOW,HIGH",
         help="Allowed positions: 12 for 0 to 12 mm, -5,5, or -8,8deg. Others are refused.",
+    ),
+]
+Enable = Annotated[
+    bool,
+    typer.Option(
+        "--enable",
+        help="Enable the channel first; on units such as the KIM101 this disables the others.",
     ),
 ]
 Yes = Annotated[
@@ -102,6 +111,7 @@ def move(
     csv: CsvFile = None,
     plot: PlotFile = None,
     overwrite: Overwrite = False,
+    enable: Enable = False,
     yes: Yes = False,
 ) -> None:
     """Move one axis, and wait for the end of the motion.
@@ -124,7 +134,7 @@ def move(
         **travel_options(travel),
     }
     files = RecordFiles(csv, plot, overwrite)
-    run_move(where, target, options, timeout=timeout, yes=yes, files=files)
+    run_move(where, target, options, timeout=timeout, yes=yes, files=files, enable=enable)
 
 
 def home(
@@ -141,6 +151,7 @@ def home(
     csv: CsvFile = None,
     plot: PlotFile = None,
     overwrite: Overwrite = False,
+    enable: Enable = False,
     yes: Yes = False,
 ) -> None:
     """Home one axis, and wait for the end of the motion.
@@ -157,7 +168,7 @@ def home(
         "address": address,
         "scale_source": scale_source,
     }
-    run_home(where, options, timeout=timeout, yes=yes, files=files)
+    run_home(where, options, timeout=timeout, yes=yes, files=files, enable=enable)
 
 
 def jog(
@@ -181,6 +192,7 @@ def jog(
     csv: CsvFile = None,
     plot: PlotFile = None,
     overwrite: Overwrite = False,
+    enable: Enable = False,
     yes: Yes = False,
 ) -> None:
     """Jog one axis by the step stored in its controller.
@@ -198,7 +210,7 @@ def jog(
         **travel_options(travel),
     }
     files = RecordFiles(csv, plot, overwrite)
-    run_jog(where, direction, options, timeout=timeout, yes=yes, files=files)
+    run_jog(where, direction, options, timeout=timeout, yes=yes, files=files, enable=enable)
 
 
 def stop(
@@ -219,6 +231,7 @@ def stop(
     csv: Annotated[str | None, typer.Option("--csv", hidden=True)] = None,
     plot: Annotated[str | None, typer.Option("--plot", hidden=True)] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", hidden=True)] = False,
+    enable: Annotated[bool, typer.Option("--enable", hidden=True)] = False,
     yes: Annotated[bool, typer.Option("--yes", hidden=True)] = False,
 ) -> None:
     """Stop all axes, or one bay, channel or axis, without asking.

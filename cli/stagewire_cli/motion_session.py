@@ -21,6 +21,8 @@ from stagewire.errors import (
     TargetNotReachedError,
     UnsupportedError,
 )
+from stagewire.protocols import Message
+from stagewire_cli.channels import after_enabling, enabling, jog_step
 from stagewire_cli.devices import (
     called_wrongly,
     opened,
@@ -30,7 +32,7 @@ from stagewire_cli.devices import (
 from stagewire_cli.errors import INTERRUPTED, WRONG, CalledWronglyError
 from stagewire_cli.output import Progress, progress
 from stagewire_cli.recordings import RecordFiles, recorded
-from stagewire_cli.status import Value, numbers_of, status_of
+from stagewire_cli.status import Value, in_words, numbers_of, status_of
 from stagewire_cli.target import Target
 
 _PIECE = 0.25  # seconds
@@ -107,27 +109,28 @@ def run_move(
     timeout: float,
     yes: bool,
     files: RecordFiles,
+    enable: bool = False,
 ) -> None:
     """Move one part, after a confirmation.
 
     :param options: options of its class; None means not given.
+    :param enable: whether to enable its channel first.
     :param files: files to record the motion to.
     """
     with _opened_part(where, yes, timeout, **options) as (device, name, part):
-        if hasattr(part, "move_to"):
+        if device.unit.positions is not None:
             run_positions_move(device, part, target, timeout, yes=yes, files=files)
             return
         start = _call(device, part, f"start_move_{'relative' if target.relative else 'absolute'}")
         given = target.given(start, part, device.unit.name)
-        saying = f"will move from {_position(part)} {target}"
+        saying = f"will {enabling(enable, device)}move from {_position(part)} {target}"
 
         def there() -> bool:
             return target.is_met_by(status_of(part))
 
         goal = _goal(target, given, part)
-        _act(
-            device, name, part, saying, lambda: start(**given), timeout, yes, files, there, goal
-        )  # fmt: skip
+        begin = after_enabling(enable, device, part, lambda: start(**given))
+        _act(device, name, part, saying, begin, timeout, yes, files, there, goal)
 
 
 def _goal(target: Target, given: Mapping[str, Any], part: Any) -> Value | None:
@@ -175,12 +178,17 @@ def run_home(
     timeout: float,
     yes: bool,
     files: RecordFiles,
+    enable: bool = False,
 ) -> None:
     """Home one part, after a confirmation; the options are as for :func:`run_move`."""
     with _opened_part(where, yes, timeout, **options) as (device, name, part):
         start = _call(device, part, "start_home")
-        saying = f"will home from {_position(part)} with the settings of the controller"
-        _act(device, name, part, saying, start, timeout, yes, files)
+        saying = (
+            f"will {enabling(enable, device)}home from {_position(part)} with the settings of the "
+            "controller"
+        )
+        begin = after_enabling(enable, device, part, start)
+        _act(device, name, part, saying, begin, timeout, yes, files)
 
 
 def run_jog(
@@ -191,17 +199,17 @@ def run_jog(
     timeout: float,
     yes: bool,
     files: RecordFiles,
+    enable: bool = False,
 ) -> None:
     """Jog one part, after a confirmation; the options are as for :func:`run_move`."""
     with _opened_part(where, yes, timeout, **options) as (device, name, part):
         start = _call(device, part, "start_jog")
-        stored = _call(device, part, "get_jog_params")()
-        step = _in_words(numbers_of(stored).get("jog_step_size"), "an unknown distance")
-        mode = getattr(stored.jog_mode, "name", stored.jog_mode)
         saying = (
-            f"will jog {direction} from {_position(part)} by the stored step of {step} ({mode})"
+            f"will {enabling(enable, device)}jog {direction} from {_position(part)} by "
+            f"{jog_step(part, direction)}"
         )
-        _act(device, name, part, saying, lambda: start(direction), timeout, yes, files)
+        begin = after_enabling(enable, device, part, lambda: start(direction))
+        _act(device, name, part, saying, begin, timeout, yes, files)
 
 
 def run_stop(where: PartAddress, address: int | None = None) -> None:
@@ -385,7 +393,7 @@ def _stopped(part: Any) -> str:
 
 def _watching(part: Any, goal: Value | None, say: Progress) -> Callable[[], None]:
     """Return a function that shows the position of a moving part on a terminal."""
-    target = "" if goal is None else f", target {_in_words(goal, '')}"
+    target = "" if goal is None else f", target {in_words(goal, '')}"
 
     def watch() -> None:
         if say.shows:
@@ -416,11 +424,10 @@ def _position(part: Any) -> str:
     """Return the position of a part for people."""
     values = status_of(part)
     position = None if values is None else numbers_of(values).get("position")
-    return _in_words(position, "an unknown position")
-
-
-def _in_words(value: Value | None, unknown: str) -> str:
-    """Return a number with its unit, or counts."""
-    if value is None:
-        return unknown
-    return str(value) if value.unit else f"{value} counts"
+    if position is None and isinstance(message := getattr(values, "message", None), Message):
+        found = message.values().get("position")  # of a status in a shorter form
+        position = Value(found) if isinstance(found, int) else None
+    if position is None:
+        with suppress(UnsupportedError, AttributeError):
+            position = Value(part.position_counts)
+    return in_words(position, "an unknown position")

@@ -59,8 +59,16 @@ def numbers_of(values: Values[Any]) -> dict[str, Value]:
     for name in values.names:
         described = getattr(type(values), name)
         if isinstance(described, InUnits):
-            with suppress(UnknownScaleError):
+            with suppress(UnknownScaleError, AttributeError):
                 numbers[described.field] = Value(getattr(values, name), described.unit)
         elif isinstance(described, Raw | Real):
-            numbers[described.field] = Value(getattr(values, name))
+            with suppress(AttributeError):  # a shorter form of the message lacks it
+                numbers[described.field] = Value(getattr(values, name))
     return numbers
+
+
+def in_words(value: Value | None, unknown: str) -> str:
+    """Return a number with its unit, or counts."""
+    if value is None:
+        return unknown
+    return str(value) if value.unit else f"{value} counts"

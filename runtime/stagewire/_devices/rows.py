@@ -16,6 +16,7 @@ Row: TypeAlias = dict[str, Any]
 
 TIME, CLOCK, PART = "time_s", "wall_clock", "part"
 _MOVING, _POSITION, _COUNTS = "moving", "position", "_counts"
+_CHANNEL = "chan_ident"  # the field for the channel in a status with the fields of all channels
 
 
 class Rows:
@@ -42,8 +43,8 @@ class Rows:
         if self._several:
             self.columns[PART] = str
         for message, values in kinds.items():
-            for one in scales.values():
-                for name, kind, _ in self._columns(message, values, one):
+            for part, one in scales.items():
+                for name, kind, _ in self._columns(message, values, one, part):
                     self.columns.setdefault(name, kind)
 
     def row(self, part: str, status: Values[Any], begin: float) -> Row:
@@ -57,15 +58,31 @@ class Rows:
         row[CLOCK] = status.received_at.isoformat(timespec="milliseconds")
         if self._several:
             row[PART] = part
-        for name, value in self._values(status):
+        for name, value in self._values(status, part):
             if name in row:
                 row[name] = value
         return row
 
     def _columns(
+        self, message: type[Message], values: type[Values[Any]], scales: Scales, part: str
+    ) -> Iterator[tuple[str, type, str]]:
+        """Yield the columns of a status message, each with its type and the name of its value.
+
+        Of a status with the fields of all channels, such as ``position_1`` to ``position_4``, the row of a
+        channel has only its own, without the number.
+        """
+        blocks = _blocks(message, self._unit.channels) if self._several else {}
+        for name, kind, value in self._all_columns(message, values, scales):
+            field = vars(values)[value].field if value else ""
+            if field not in blocks:
+                yield name, kind, value
+            elif blocks[field][1] == _channel_of(part) and blocks[field][0] != _CHANNEL:
+                yield name.replace(field, blocks[field][0], 1), kind, value
+
+    def _all_columns(
         self, message: type[Message], values: type[Values[Any]], scales: Scales
     ) -> Iterator[tuple[str, type, str]]:
-        """Yield the columns of a status message, each with its type and the name of its value."""
+        """Yield the columns of a status message with all of its fields."""
         described = {name: vars(values)[name] for name in values.names}
         in_units = {
             one.field: name
@@ -92,11 +109,13 @@ class Rows:
             elif one.field not in in_units and isinstance(one, Raw):
                 yield name + _COUNTS, int, name
 
-    def _values(self, status: Values[Any]) -> Iterator[tuple[str, Any]]:
+    def _values(self, status: Values[Any], part: str) -> Iterator[tuple[str, Any]]:
         """Yield the values of a status by column."""
         message, unit = status.message, self._unit
         positions = unit.positions
-        for column, kind, name in self._columns(type(message), type(status), status.scales):
+        for column, kind, name in self._columns(
+            type(message), type(status), status.scales, part
+        ):
             if not name and positions is not None:
                 yield column, positions.number_in(message)
                 continue
@@ -107,6 +126,23 @@ class Rows:
                 else:
                     value = bool(value & unit.moving[type(message)][1])
             yield column, getattr(value, "name", str(value)) if kind is str else value
+
+
+def _blocks(message: type[Message], channels: int) -> dict[str, tuple[str, int]]:
+    """Return the fields that a status has once for each channel: field -> its name without number, its number."""
+    found: dict[str, tuple[str, int]] = {}
+    for field in message.layout.fields:
+        name, _, number = field.rpartition("_")
+        if number.isdecimal() and 1 <= int(number) <= channels:
+            found[field] = name, int(number)
+    names = [{name for name, at in found.values() if at == number} for number in range(1, channels + 1)]
+    return found if channels > 1 and all(each == names[0] for each in names) else {}
+
+
+def _channel_of(part: str) -> int:
+    """Return the number of a channel such as ``channel 3``; 0 for any other part."""
+    kind, _, number = part.rpartition(" ")
+    return int(number) if kind.endswith("channel") else 0
 
 
 def _with_quantity(described: InUnits, name: str) -> str:

@@ -1,0 +1,56 @@
+"""Enabling a channel before its motion, and the step that a controller stores for jogs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from stagewire_cli.errors import CalledWronglyError
+from stagewire_cli.status import in_words, numbers_of
+
+_JOG_PARAMS = (
+    ("get_jog_params", ("jog_step_size",)),
+    ("get_kcube_jog_params", ("jog_step_size_fwd", "jog_step_size_rev")),
+    ("get_tim_jog_params", ("jog_step_size",)),
+    ("get_pdxc2_jog_params", ("open_loop_step_size",)),
+)
+"""Calls that read the jog parameters, and their steps: one, or one in each direction."""
+
+
+def jog_step(part: Any, direction: str) -> str:
+    """Return the stored step of a jog in words."""
+    for name, steps in _JOG_PARAMS:
+        if hasattr(part, name):
+            stored = getattr(part, name)()
+            field = steps[-1] if direction.upper().startswith("R") else steps[0]
+            step = in_words(numbers_of(stored).get(field), "an unknown distance")
+            mode = getattr(stored, "jog_mode", None)
+            return f"the stored step of {step}" + (
+                "" if mode is None else f" ({getattr(mode, 'name', mode)})"
+            )
+    return "its stored step"
+
+
+def enabling(enable: bool, device: Any) -> str:
+    """Return how an announcement begins that also enables a channel."""
+    if not enable:
+        return ""
+    others = ", disable the others" if device.unit.channels > 1 else ""
+    return f"enable the channel{others} and "
+
+
+def after_enabling(
+    enable: bool, device: Any, part: Any, start: Callable[[], Any]
+) -> Callable[[], Any]:
+    """Return a function that enables a channel and starts a motion; just the start without ``enable``."""
+    if not enable:
+        return start
+    switch_on = getattr(part, "enable", None)
+    if switch_on is None:
+        raise CalledWronglyError(f"{device.unit.name} has no channel to enable; leave out --enable")
+
+    def begin() -> Any:
+        switch_on()
+        return start()
+
+    return begin
