@@ -135,6 +135,7 @@ CASES = (
         KPC101,
         known={
             **BYTES,
+            **UPDATES,
             "identification/*": "the model number is empty (Issue 37, page 52)",
             "answers/*/PZ_REQ_OUTPUTLUTPARAMS/1": "cycles and delay are 0, which the document excludes",
             "readback/*/PZ_SET_OUTPUTLUTPARAMS/1": "cycles and delay are 0, which the document excludes",

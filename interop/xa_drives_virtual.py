@@ -90,6 +90,14 @@ CASES = (
     ),
     Case("KSC101", 68000001, "Ksc101", moves=False),
     Case("BPC301", 41000001, "Bpc301", moves=False),
+    Case("KPC101", 113000001, "Kpc101", moves=False),
+    Case(
+        "KNA101",
+        57000001,
+        "Kna101",
+        moves=False,
+        known={"get_kna_scan_data": "there are no data before a scan"},
+    ),
     Case(
         "BSC203",
         70000001,

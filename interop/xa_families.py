@@ -171,18 +171,16 @@ def _inertial_stage(session: Session, device: Any) -> None:
 def _tracker(session: Session, device: Any) -> None:
     """Track, latch and move the circle home."""
     mode = e.TLMC_PZ_SetNanoTrakModeType
-    for what, kind in (
-        ("tracks", mode.TLMC_PZ_SetNanoTrakModeType_TrackMode),
-        ("latches", mode.TLMC_PZ_SetNanoTrakModeType_LatchMode),
-    ):
-        device.set_nano_trak_mode(kind)
-        session.call(f"{DOES}{what}", lambda kind=kind: _mode(device) == kind.value)
+    latched = 2
+    device.set_nano_trak_mode(mode.TLMC_PZ_SetNanoTrakModeType_TrackMode)
+    session.call(f"{DOES}tracks", lambda: _until(lambda: _state(device) > latched))
+    device.set_nano_trak_mode(mode.TLMC_PZ_SetNanoTrakModeType_LatchMode)
+    session.call(f"{DOES}latches", lambda: _until(lambda: _state(device) == latched))
     session.call(
         f"{DOES}moves the circle home", lambda: device.nano_trak_circle_to_home_position() is None
     )
 
 
-def _mode(device: Any) -> int:
-    """Return the mode of a NanoTrak as a number."""
-    found = device.get_nano_trak_mode(LONGEST)
-    return int(getattr(found, "mode", found))
+def _state(device: Any) -> int:
+    """Return the state of a NanoTrak as a number; above 2, it tracks."""
+    return int(device.get_nano_trak_mode(LONGEST).state)

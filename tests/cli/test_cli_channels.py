@@ -123,7 +123,9 @@ def test_the_monitor_has_a_row_for_each_channel_with_its_own_columns(
     positions = {row["part"]: row["position_counts"] for row in rows}
     assert positions == {"channel 1": 0, "channel 2": 0, "channel 3": 200, "channel 4": 0}
     columns = {key for row in rows for key in row}
-    assert not {key for key in columns if key.startswith(("position_1", "position_4", "chan_ident"))}
+    assert not {
+        key for key in columns if key.startswith(("position_1", "position_4", "chan_ident"))
+    }
     assert {row["channel_enabled"] for row in rows if row["part"] == "channel 3"} == {True}
     assert {row["channel_enabled"] for row in rows if row["part"] == "channel 1"} == {False}
 

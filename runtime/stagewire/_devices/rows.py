@@ -113,9 +113,7 @@ class Rows:
         """Yield the values of a status by column."""
         message, unit = status.message, self._unit
         positions = unit.positions
-        for column, kind, name in self._columns(
-            type(message), type(status), status.scales, part
-        ):
+        for column, kind, name in self._columns(type(message), type(status), status.scales, part):
             if not name and positions is not None:
                 yield column, positions.number_in(message)
                 continue
@@ -135,7 +133,9 @@ def _blocks(message: type[Message], channels: int) -> dict[str, tuple[str, int]]
         name, _, number = field.rpartition("_")
         if number.isdecimal() and 1 <= int(number) <= channels:
             found[field] = name, int(number)
-    names = [{name for name, at in found.values() if at == number} for number in range(1, channels + 1)]
+    names = [
+        {name for name, at in found.values() if at == number} for number in range(1, channels + 1)
+    ]
     return found if channels > 1 and all(each == names[0] for each in names) else {}
 
 

@@ -68,6 +68,14 @@ and does not open a controller in which they are 0. In Issue 3 the notes include
 """
 
 
+_ACTUATORS: Final[Mapping[str, bytes]] = {"KPC101": b"PAZ009"}
+"""The part number of the actuator that a unit reports in the bytes "for internal use only", from byte 66.
+
+The simulated KPC101 of thorlabs_xa 1.9.1.28993 reports it, and the vendor's software opens no KPC101 without it.
+"""
+_INTERNAL: Final = "internal_use"
+
+
 def stand_alone(unit: Unit, options: Options, stage: Stage | None) -> m.HwGetInfo:
     """Return the information of a unit with one address, and with a stage that it may report.
 
@@ -78,6 +86,8 @@ def stand_alone(unit: Unit, options: Options, stage: Stage | None) -> m.HwGetInf
     actuator = reported_id(unit, stage, _ACTUATOR_FIELD)
     if actuator:
         information = information.replace(mod_state=actuator)
+    if unit.name in _ACTUATORS and _INTERNAL in m.HwGetInfo.layout.fields:
+        information = information.replace(internal_use=_ACTUATORS[unit.name].ljust(10, b"\0"))
     return _with_options(information, unit, options, number)
 
 

@@ -126,8 +126,16 @@ class Parameters:
                     self._controller.send(self._message(name, channel, values), frame)
 
     def answer(self, facts: Message, frame: Frame) -> None:
-        """Answer a REQ with the GET of each addressed channel."""
-        channels = addressed(self._channels, frame, self._controller)
+        """Answer a REQ with the GET of each addressed channel.
+
+        If the GET names no channel, neither need the REQ: the vendor's software asks a KNA101 for
+        NT_TNAIOSETTINGS with channel 0, and its simulation answers.
+        """
+        for_all = not any(self._facts[name].names_channel for name in facts.answered_by)
+        if for_all and getattr(frame.message, CHANNEL, None) == _NONE:
+            channels = self._channels[:1]
+        else:
+            channels = addressed(self._channels, frame, self._controller)
         asked = frame.message.values()
         for channel in channels if facts.names_channel else channels[:1]:
             for name in facts.answered_by:

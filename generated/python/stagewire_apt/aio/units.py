@@ -2917,6 +2917,7 @@ class _KPC101Calls(
     piezo.CanSetZero,
     piezo.WithPzStatusBits,
     piezo.WithPzStatusUpdate,
+    piezo.CanAckPzStatusUpdate,
     piezo.CanSetPzStageParamDefaults,
     piezo.CanSetOutputLut,
     piezo.WithOutputLutParams,
@@ -2935,8 +2936,9 @@ class KPC101(_KPC101Calls):
     KPC101, Programs of the vendor, section Piezo controllers. Its messages: those of its family
     piezo_strain_gauge_kcube: The messages that the XA software sends to a simulated KPC101.
 
-    The XA software never acknowledges status messages of it. Its simulation does not answer
-    PZ_REQ_PZSTATUSUPDATE and reports an empty model number.
+    The XA software acknowledges its status messages, as those of a BPC301. Its simulation does not
+    answer PZ_REQ_PZSTATUSUPDATE, and reports an empty model number. The XA software opens one only
+    if bytes 66 to 75 of HW_GET_INFO have the part number of the actuator, such as PAZ009.
 
     Evidence: vendor program.
     """
