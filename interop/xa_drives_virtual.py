@@ -89,6 +89,32 @@ CASES = (
         known={"get_profile_mode_params": "it asks for 0x04E4, which only brushless units have"},
     ),
     Case("KSC101", 68000001, "Ksc101", moves=False),
+    Case(
+        "KIM101",
+        97000001,
+        "Kim101",
+        moves=False,
+        known={
+            f"channel {number}: get_dc_pid_params": "the SDK does not support this call on a KIM101"
+            for number in range(1, 5)
+        },
+    ),
+    Case(
+        "PDXC2",
+        112000001,
+        "Pdxc2",
+        moves=False,
+        known={
+            "get_stage_axis_params": "our controller has no stage, and the enumeration no stage 0"
+        },
+    ),
+    Case(
+        "KIM001",
+        98000001,
+        "Kim001",
+        moves=False,
+        known={OPENS: "its prefix is not known; with another one, the SDK finds no device"},
+    ),
     Case("BPC301", 41000001, "Bpc301", moves=False),
     Case("KPC101", 113000001, "Kpc101", moves=False),
     Case(

@@ -143,7 +143,10 @@ def _steps(session: Session, channel: Any, where: str) -> None:
 
 
 def _inertial_stage(session: Session, device: Any) -> None:
-    """Move a stage of inertial motors by steps in open loop."""
+    """Jog a stage of inertial motors in open loop, and home and move it in closed loop.
+
+    The library has no other moves for it.
+    """
     mode, loops = e.TLMC_MoveMode, e.TLMC_PZ_PositionControlMode
     device.set_enable_state(e.TLMC_EnableState.TLMC_Enabled)
     device.set_position_control_mode(loops.TLMC_PZ_PositionControlMode_OpenLoop, LONGEST)
@@ -151,16 +154,12 @@ def _inertial_stage(session: Session, device: Any) -> None:
     def does(what: str, function: Callable[[], Any]) -> None:
         session.call(f"{DOES}{what}", lambda: function() is None)
 
-    does(
-        "moves by a distance in open loop",
-        lambda: device.move(mode.TLMC_MoveMode_Relative, 200, MOVE_LONGEST),
-    )
     does("jogs", lambda: device.move(mode.TLMC_MoveMode_JogForward, 0, MOVE_LONGEST))
     device.set_position_control_mode(loops.TLMC_PZ_PositionControlMode_ClosedLoop, LONGEST)
     does("homes", lambda: device.home(60_000))
     does(
-        "moves to a position in closed loop",
-        lambda: device.move(mode.TLMC_MoveMode_Absolute, 1000, MOVE_LONGEST),
+        "moves to its stored position",
+        lambda: device.move(mode.TLMC_MoveMode_AbsoluteToProgrammedPosition, 0, MOVE_LONGEST),
     )
     does(
         "stops",
