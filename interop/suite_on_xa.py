@@ -24,6 +24,7 @@ from xa_simulator import (
     BBD303,
     BPC301,
     KDC101,
+    KIM101,
     KPC101,
     KSC101,
     KST201,
@@ -111,6 +112,17 @@ CASES = (
         known={**BYTES, **VERSION, **LIMITS, **MOTION},
     ),
     Case("KSC101", KSC101, known=BYTES),
+    Case(
+        "KIM101",
+        KIM101,
+        known={
+            "truncated/*": BYTES["truncated/*"],
+            "identification/*": "it answers HW_REQ_INFO once for itself and once for each channel",
+            "answers/*/PZMOT_REQ_DRIVEOPPARAMS/1": "its step rate is 10000, above the range of the document",
+            "answers/*/PZMOT_REQ_KCUBETRIGIOCONFIG": "it answers once for each channel",
+            "updates/start-stop": "it sends PZMOT_GET_STATUSUPDATE, not the status of page 28",
+        },
+    ),
     Case(
         "PDXC2",
         PDXC2,
