@@ -122,7 +122,7 @@ CASES = (
         57000001,
         "Kna101",
         moves=False,
-        known={"get_kna_scan_data": "there are no data before a scan"},
+        known={"get_kna_scan_data": "data exist only after a scan"},
     ),
     Case(
         "BSC203",

@@ -127,7 +127,7 @@ class Rows:
 
 
 def _blocks(message: type[Message], channels: int) -> dict[str, tuple[str, int]]:
-    """Return the fields that a status has once for each channel: field -> its name without number, its number."""
+    """Return the fields that a status has once for each channel: field -> its name and its channel."""
     found: dict[str, tuple[str, int]] = {}
     for field in message.layout.fields:
         name, _, number = field.rpartition("_")

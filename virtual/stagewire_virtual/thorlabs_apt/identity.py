@@ -71,7 +71,8 @@ and does not open a controller in which they are 0. In Issue 3 the notes include
 _ACTUATORS: Final[Mapping[str, bytes]] = {"KPC101": b"PAZ009"}
 """The part number of the actuator that a unit reports in the bytes "for internal use only", from byte 66.
 
-The simulated KPC101 of thorlabs_xa 1.9.1.28993 reports it, and the vendor's software opens no KPC101 without it.
+The simulated KPC101 of thorlabs_xa 1.9.1.28993 reports it, and the vendor's software opens no KPC101 without
+it.
 """
 _INTERNAL: Final = "internal_use"
 
