@@ -101,6 +101,8 @@ _HINDERS = Data({"cause": "hindrance", "when": "hindrance", "limit": "hindrance"
 _CALL = Data(
     {
         "name": "call",
+        "reading": "call",
+        **dict.fromkeys(("attribute/name", "attribute/value"), "call"),
         "also/*": Entries("method", "call", "call"),
         "defaults/*": Entries("field", "call-default", "call-default"),
     }

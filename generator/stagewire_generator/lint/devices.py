@@ -94,11 +94,24 @@ def _answer(message: Message, messages: dict[str, Message]) -> list[Field]:
     return list(replies[0].all_fields) if len(replies) == 1 else []
 
 
+def _attribute(message: Message, diagnostics: Diagnostics) -> None:
+    """Check that an attribute of device classes is a value with a unit of a parameter set."""
+    facts = message.call.get("attribute")
+    if facts is None or (message.set is not None and message.set[1] == "req"):
+        return
+    if message.set is None or not any(f.quantity for x in message.layouts for f in x.all_fields):
+        what = f"{message.name}: an attribute is a value with a unit of a parameter set"
+        diagnostics.add(message.place, "SW035", what)
+    if keyword.iskeyword(facts["name"]):
+        diagnostics.add(message.place, "SW023", f"{message.name}: {facts['name']} is reserved")
+
+
 def _defaults(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:
     name = message.call.get("name", "")
     if keyword.iskeyword(name):
         what = f"{message.name}: the method name {name} is reserved"
         diagnostics.add(message.place, "SW023", what)
+    _attribute(message, diagnostics)
     for name, argument in message.call.get("also", {}).items():
         counts = {sum(f.role == "value" for f in x.all_fields) for x in message.layouts}
         channel = any(f.name == protocol.framing.get("channel") for f in _sent(message))

@@ -252,6 +252,7 @@ def _define_member(
         group=group.lower(),
         addressee=entry.get("addressee", ""),
         tells=entry.get("tells", ""),
+        call=entry.get("call", {}),
         aliases=_aliases(tables, entry, role, owner.place),
         later_pages=entry.get("later_pages", {}),
         overlay=document.overlay,

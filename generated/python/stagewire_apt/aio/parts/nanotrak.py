@@ -1430,6 +1430,21 @@ class WithNtStatusUpdate(Part):
         """
         return await self._ask(t.NT_STATUS_UPDATE, timeout)
 
+    async def reading(self, *, timeout: float | None = None) -> v.NtStatusUpdate:
+        """Read position, signal and status.
+
+        Requests one status update, for clients that do not want periodic updates. Waits for the
+        reply.
+
+        ``PZ_REQ_NTSTATUSUPDATE``, Issue 37, page 276.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._ask(t.NT_STATUS_UPDATE, timeout)
+
 
 class CanAckNtStatusUpdate(Part):
     """Acknowledge the status updates.

@@ -1086,6 +1086,24 @@ class WithQuadReadings(Part):
         """
         return await self._get(t.QUAD_READINGS, timeout)
 
+    async def reading(self, *, timeout: float | None = None) -> v.QuadReadings:
+        """Read the readings.
+
+        Signals of the detector, and the position demand outputs.
+
+        A public driver (github AlexShkarin/pyLabLib, cf25e6e, pylablib/devices/Thorlabs/kinesis.py)
+        negates XDiff and XPos of every reply; the document does not mention it.
+
+        ``QUAD_REQ_READINGS``, ``QUAD_GET_READINGS``, Issue 37, page 331. Errata
+        ``apt37-quad-get-example-addresses``, ``apt37-quad-readings-example-sum``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.QUAD_READINGS, timeout)
+
 
 class WithQuadStatusBits(Part):
     """Status bits.

@@ -431,6 +431,22 @@ class WithTecReadings(Part):
         """
         return await self._get(t.TEC_READINGS, timeout)
 
+    async def reading(self, *, timeout: float | None = None) -> v.TecReadings:
+        """Read the readings.
+
+        Current of the TEC element, actual temperature and set point.
+
+        ``TEC_REQ_READINGS``, ``TEC_GET_READINGS``, Issue 37, page 357. Errata
+        ``apt37-tec-example-volts``, ``apt37-tec-readings-example-addresses``,
+        ``apt37-tec-set-point-format``.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return await self._get(t.TEC_READINGS, timeout)
+
 
 class WithTecStatusBits(Part):
     """Status bits.

@@ -500,6 +500,51 @@ class WithPowerSetpoint(Part):
         """
         return self._change(t.POWER_SETPOINT, timeout, set_point=set_point, percent=percent)
 
+    @property
+    def power_percent(self) -> float:
+        """Set point of the laser in percent.
+
+        Each access sends a request, and an assignment a message.
+
+        It is ``set_point`` in percent; from 0 to 100.
+
+        ``LA_SET_POWERSETPOINT``, ``LA_REQ_POWERSETPOINT``, ``LA_GET_POWERSETPOINT``, Issue 37, page
+        296.
+
+        :raises OutOfRangeError: if it is out of range, or above a limit (``LimitError``); nothing
+            is sent.
+        :raises BadValueError: if it has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if its scale is unknown; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return self._get(t.POWER_SETPOINT, None).percent
+
+    @power_percent.setter
+    def power_percent(self, power_percent: Number) -> None:
+        """Set the set point of the laser in percent."""
+        self._set(t.POWER_SETPOINT, None, percent=power_percent)
+
+    def set_power_percent(self, power_percent: Number, *, timeout: float | None = None) -> None:
+        """Set the set point of the laser in percent.
+
+        It is ``set_point`` in percent; from 0 to 100.
+
+        ``LA_SET_POWERSETPOINT``, ``LA_REQ_POWERSETPOINT``, ``LA_GET_POWERSETPOINT``, Issue 37, page
+        296.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises OutOfRangeError: if it is out of range, or above a limit (``LimitError``); nothing
+            is sent.
+        :raises BadValueError: if it has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if its scale is unknown; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._set(t.POWER_SETPOINT, timeout, percent=power_percent)
+
 
 class WithMiscParams(Part):
     """Miscellaneous laser diode parameters.

@@ -211,6 +211,49 @@ class WithOutputVolts(Part):
         """
         return self._change(t.OUTPUT_VOLTS, timeout, voltage=voltage, volts=volts)
 
+    @property
+    def volts(self) -> float:
+        """Output voltage in V.
+
+        Each access sends a request, and an assignment a message.
+
+        It is ``voltage`` in V; the scale depends on maximum_volts.
+
+        ``PZ_SET_OUTPUTVOLTS``, ``PZ_REQ_OUTPUTVOLTS``, ``PZ_GET_OUTPUTVOLTS``, Issue 3, page 96.
+
+        :raises OutOfRangeError: if it is out of range, or above a limit (``LimitError``); nothing
+            is sent.
+        :raises BadValueError: if it has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if its scale is unknown; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return self._get(t.OUTPUT_VOLTS, None).volts
+
+    @volts.setter
+    def volts(self, volts: Number) -> None:
+        """Set the output voltage in V."""
+        self._set(t.OUTPUT_VOLTS, None, volts=volts)
+
+    def set_volts(self, volts: Number, *, timeout: float | None = None) -> None:
+        """Set the output voltage in V.
+
+        It is ``voltage`` in V; the scale depends on maximum_volts.
+
+        ``PZ_SET_OUTPUTVOLTS``, ``PZ_REQ_OUTPUTVOLTS``, ``PZ_GET_OUTPUTVOLTS``, Issue 3, page 96.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises OutOfRangeError: if it is out of range, or above a limit (``LimitError``); nothing
+            is sent.
+        :raises BadValueError: if it has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if its scale is unknown; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._set(t.OUTPUT_VOLTS, timeout, volts=volts)
+
 
 class WithOutputPos(Part):
     """Output position.
@@ -292,6 +335,49 @@ class WithOutputPos(Part):
         :raises SessionClosedError: if the session is closed.
         """
         return self._change(t.OUTPUT_POS, timeout, position_sw=position_sw, um=um)
+
+    @property
+    def position_um(self) -> float:
+        """Output position in um.
+
+        Each access sends a request, and an assignment a message.
+
+        It is ``position_sw`` in um; the scale depends on maximum_travel.
+
+        ``PZ_SET_OUTPUTPOS``, ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``, Issue 3, page 97.
+
+        :raises OutOfRangeError: if it is out of range, or above a limit (``LimitError``); nothing
+            is sent.
+        :raises BadValueError: if it has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if its scale is unknown; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return self._get(t.OUTPUT_POS, None).um
+
+    @position_um.setter
+    def position_um(self, position_um: Number) -> None:
+        """Set the output position in um."""
+        self._set(t.OUTPUT_POS, None, um=position_um)
+
+    def set_position_um(self, position_um: Number, *, timeout: float | None = None) -> None:
+        """Set the output position in um.
+
+        It is ``position_sw`` in um; the scale depends on maximum_travel.
+
+        ``PZ_SET_OUTPUTPOS``, ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``, Issue 3, page 97.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises OutOfRangeError: if it is out of range, or above a limit (``LimitError``); nothing
+            is sent.
+        :raises BadValueError: if it has the wrong type; nothing is sent.
+        :raises UnknownScaleError: if its scale is unknown; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._set(t.OUTPUT_POS, timeout, um=position_um)
 
 
 class CanGetMaxTravel(Part):

@@ -43,6 +43,7 @@ class MethodView(NamedTuple):
     doc: str
     body: Nested
     returns: str
+    decorator: str = ""
 
 
 def method_view(protocol: Protocol, call: Call, verb: str, name: str, end: str) -> MethodView:
@@ -113,6 +114,8 @@ def asynchronous(method: MethodView) -> MethodView:
     """Return the view of a method for asyncio."""
     signature, body = method.signature, method.body
     before, called = body.opening.split("self.")
+    if method.decorator:  # an attribute of what is awaited
+        before, body = f"{before}(", body._replace(closing=f"){body.closing}")
     return method._replace(
         signature=signature._replace(opening=f"async {signature.opening}"),
         body=body._replace(opening=f"{before}await self.{called}"),

@@ -10,6 +10,7 @@ from stagewire_generator.model import Json, Protocol
 from stagewire_generator.model_scales import Conflict, Stage
 from stagewire_generator.targets.documentation import evidence_text, sentence, where
 from stagewire_generator.targets.python.brackets import Import, Nested
+from stagewire_generator.targets.python.devices.attributes_view import further_views
 from stagewire_generator.targets.python.devices.classes_view import member_sources
 from stagewire_generator.targets.python.devices.documentation import part_doc
 from stagewire_generator.targets.python.devices.facts_view import (
@@ -331,9 +332,14 @@ def _part(protocol: Protocol, part: Part, parts: Parts, types: MotionTypes) -> P
         for verb in (call.methods if "also" in call.message.call else ())
         for view in also_views(protocol, call, verb, types.of_end(call))
     ]
+    for call in part.calls:
+        methods += further_views(
+            protocol, call, [*(part.verbs if call.kind == "set" else call.methods)]
+        )
     return PartView(part.name, part_doc(protocol, part.calls[0]), tuple(methods))
 
 
 def _asynchronous(part: PartView) -> PartView:
     """Return the view of a part for asyncio."""
-    return PartView(part.name, part.doc, tuple(map(asynchronous, part.methods)))
+    methods = [method for method in part.methods if not method.decorator.endswith(".setter")]
+    return PartView(part.name, part.doc, tuple(map(asynchronous, methods)))
