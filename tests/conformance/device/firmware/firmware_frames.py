@@ -16,7 +16,11 @@ _ENTRIES: dict[str, dict[str, Any]] = {e["name"]: e for e in PROTOCOL.registry()
 ID: dict[str, int] = {name: e["id"] for name, e in _ENTRIES.items() if e["id"] is not None}
 """Name of a message -> its id."""
 NAME: dict[int, str] = {id: name for name, id in ID.items()}
-"""Id -> name of the message."""
+"""Id -> name of the message; of one of them if several share the id."""
+_SHARED: dict[tuple[int, int], str] = {
+    (e["id"], e["sub_message"]): name for name, e in _ENTRIES.items() if e.get("sub_message")
+}
+"""Id and sub-message -> name of the message."""
 
 
 def entry(name: str) -> dict[str, Any]:
@@ -56,7 +60,9 @@ class Frame:
     @property
     def name(self) -> str:
         """The name of the message; empty for an unknown id."""
-        return NAME.get(int.from_bytes(self.raw[:2], "little"), "")
+        id = int.from_bytes(self.raw[:2], "little")
+        sub = int.from_bytes(self.raw[6:8], "little") if self.has_packet else self.raw[2]
+        return _SHARED.get((id, sub)) or NAME.get(id, "")
 
     @property
     def has_packet(self) -> bool:

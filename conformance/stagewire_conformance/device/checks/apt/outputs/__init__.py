@@ -8,11 +8,13 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.outputs import (
     enable,
     flipper,
+    laser,
     limits,
     lut,
     piezo_outputs,
     reading,
     solenoid,
+    tec,
     zero,
 )
 
@@ -33,5 +35,12 @@ KINDS: Final[tuple[Kind, ...]] = (
     solenoid.INTERLOCK,
     flipper.POSITIONS,
     flipper.TIME,
+    laser.STATUS,
+    laser.SOURCE,
+    laser.OUTPUT,
+    laser.LIMIT,
+    tec.STATUS,
+    tec.SET_POINT,
+    tec.LIMIT,
 )
 """The kinds in the order in which they run."""

@@ -57,6 +57,12 @@ _WHILE_SILENT: Final = 0.5
 """Seconds in which a silent controller may answer a request."""
 
 
+_OF_SIGN: Final = {
+    "LA_ACK_STATUSUPDATE": "laser-keep-alive",
+    "LD_ACK_STATUSUPDATE": "laser-keep-alive",
+    "TEC_ACK_STATUSUPDATE": "tec-keep-alive",
+}
+
 KIND = Kind(
     name="keep-alive",
     title="Status messages stop without keep-alive messages, and resume with the next one",
@@ -65,13 +71,20 @@ KIND = Kind(
         "keep-alive-counts-status",
         "piezo-keep-alive-fifty",
         "piezo-keep-alive-counts-status",
+        "laser-keep-alive",
+        "tec-keep-alive",
     ),
 )
 
 REPLY = Kind(
     name="keep-alive-reply",
     title="A keep-alive message gets no response",
-    rules=("keep-alive-no-response", "piezo-keep-alive-no-response"),
+    rules=(
+        "keep-alive-no-response",
+        "piezo-keep-alive-no-response",
+        "laser-keep-alive",
+        "tec-keep-alive",
+    ),
 )
 
 
@@ -226,6 +239,8 @@ def _is_printed(trial: Trial, stream: Stream) -> bool:
 
 def _rule(stream: Stream, name: str) -> str:
     """Return a rule about the keep-alive messages of motors or of piezo actuators."""
+    if stream.sign in _OF_SIGN:
+        return _OF_SIGN[stream.sign]  # their pages have one rule for all
     return f"piezo-keep-alive-{name}" if stream.sign.startswith("PZ_") else f"keep-alive-{name}"
 
 

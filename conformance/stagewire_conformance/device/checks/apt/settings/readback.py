@@ -36,6 +36,8 @@ ELSEWHERE = frozenset(
         "MOD_CHANENABLESTATE", "RACK_DIGOUTPUTS", "MOT_POSCOUNTER", "MOT_ENCCOUNTER",
         "MOT_SOL_OPERATINGMODE", "MOT_SOL_INTERLOCKMODE", "MOT_SOL_STATE",
         "PZ_POSCONTROLMODE", "PZ_OUTPUTVOLTS", "PZ_OUTPUTPOS",
+        "LA_POWERSETPOINT", "LA_POWERCONTROLSOURCE", "LD_MAXCURRENTDIGPOT", "TEC_TEMPSETPOINT",
+        "TEC_IOSETTINGS",
     }
 )  # fmt: skip
 """Sets that have checks of their own, because they are live or take effect immediately."""
