@@ -2246,8 +2246,8 @@ static inline apt_status apt_pz_req_pzstatusupdate_decode(
 #define APT_PZ_GET_PZSTATUSUPDATE_ID 0x0661U
 
 /**
- * Voltage, position and status of a channel, periodically after HW_START_UPDATEMSGS. No message
- * that requests it is documented.
+ * Voltage, position and status of a channel, periodically after HW_START_UPDATEMSGS. Issue 3 has no
+ * message that requests it; later issues have PZ_REQ_PZSTATUSUPDATE (0x0660).
  *
  * PZ_GET_PZSTATUSUPDATE (0x0661), to the host, 10 bytes of data; Issue 3, page 103.
  *

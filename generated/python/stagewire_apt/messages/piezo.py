@@ -1807,7 +1807,7 @@ _PZ_GET_PZ_STATUS_UPDATE = Struct("<LBBHhhL")
 class PzGetPzStatusUpdate(FramedMessage):
     """Voltage, position and status of a channel, periodically after HW_START_UPDATEMSGS.
 
-    No message that requests it is documented.
+    Issue 3 has no message that requests it; later issues have PZ_REQ_PZSTATUSUPDATE (0x0660).
 
     ``PZ_GET_PZSTATUSUPDATE`` (0x0661), to the host, 10 bytes of data; Issue 3, page 103.
 

@@ -154,8 +154,9 @@ class PzStatusBits(Values[m.PzGetPzStatusBits]):
 class PzStatusUpdate(Values[m.PzGetPzStatusUpdate]):
     """Values of ``PZ_GET_PZSTATUSUPDATE``.
 
-    Voltage, position and status of a channel, periodically after HW_START_UPDATEMSGS. No message
-    that requests it is documented. Issue 3, page 103.
+    Voltage, position and status of a channel, periodically after HW_START_UPDATEMSGS. Issue 3 has
+    no message that requests it; later issues have PZ_REQ_PZSTATUSUPDATE (0x0660). Issue 3, page
+    103.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
