@@ -33,7 +33,8 @@ MOTORS = [
     and unit.positions is None
     and unit.kind != "bay"
     and name in simulated_units()
-    and "PZ_SET_NTMODE" not in simulated_units()[name].messages  # has a status without a motor
+    and not {"PZ_SET_NTMODE", "MOT_SET_SOL_STATE"}
+    & simulated_units()[name].messages  # without a motor
 ]
 
 
