@@ -13,11 +13,19 @@ from stagewire_virtual.instrument import units_of
 
 UNITS = {name: unit for name, unit in units_of(PROTOCOL).items() if not why_not(unit)}
 """The units that can be simulated."""
+ENABLE_MODE = "PZMOT_SET_KCUBECHANENABLEMODE"
 
 
 def address_of(unit: str) -> int:
     """Return the address of a unit's channels, for a rack of those in the first bay."""
     return USB if UNITS[unit].facts["address"] == "generic_usb" else BAY
+
+
+def idents_of(unit: str) -> list[int]:
+    """Return the values of a unit's channels in messages: numbers, or bits."""
+    numbers = range(1, UNITS[unit].facts["channels"] + 1)
+    bits = "channel_idents" in UNITS[unit].facts
+    return [1 << number - 1 if bits else number for number in numbers]
 
 
 def plain_sets(unit: str) -> list[tuple[Any, Any, Any]]:
@@ -51,8 +59,11 @@ def wanted_values(unit: str, set_: Any, seed: int) -> dict[str, Any]:
             continue
         if field["kind"] == "text":
             values[field["name"]] = f"PART{seed}"
+        elif set_.layout.message == ENABLE_MODE and UNITS[unit].facts["channels"] == 1:
+            values[field["name"]] = 1  # page 394: only channel 1
         elif "enum" in field:
-            values[field["name"]] = sorted(field["enum"].values())[-seed]
+            listed = sorted(field["enum"].values())
+            values[field["name"]] = listed[-seed % len(listed)]
         else:
             lowest, highest = limits(field, unit)
             values[field["name"]] = min(highest, lowest + 40 + seed)

@@ -27,7 +27,7 @@ for name, unit in sorted(simulated_units().items()):
         rng = Random(name)
         options = {"quirks": set(QUIRKS), "answer_unsupported": True} if apt and faults else {}
         controller = getattr(virtual, name)(seed=SEED, faults=faults, **options)
-        ids = sorted(entry["id"] for entry in unit.registry["messages"] if entry.get("id"))
+        ids = sorted(unit.message(each)["id"] for each in unit.messages if apt)
         said = b""
         for _ in range(60):
             header = bytes((1, 1, rng.choice((0x50, 0x11, 0x21)), 1))

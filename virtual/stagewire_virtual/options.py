@@ -27,8 +27,8 @@ class Settings:
     """The settings of one channel or axis; None leaves the choice to its behaviour.
 
     :param stage: its stage, which determines the scales; without one, values are in counts.
-    :param travel: its travel: counts for a stage, steps of 100 nm for a piezo actuator, tenths of a
-        micrometre for an axis of an MS-2000.
+    :param travel: its travel: counts for a stage or a paddle, steps of 100 nm for a piezo actuator, nm for an
+        inertial drive, tenths of a micrometre for an axis of an MS-2000.
     :param position: its first position, in the same unit, from the lower end of the travel.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for a value of another type.

@@ -136,7 +136,7 @@ class Declaration:
         others: dict[str, Any] = {
             field: min((facts[field].get("enum") or facts[field].get("flags") or {"": 0}).values())
             for field in layout.fields
-            if field not in (name, *layout.optional)
+            if field not in (name, *layout.optional) and facts[field]["role"] != "constant"
         }
         made: FramedMessage = self.make(message, channel, **others)
         return made

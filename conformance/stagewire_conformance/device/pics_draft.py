@@ -356,7 +356,7 @@ def _with(declared: Declaration, silent: dict[int, frozenset[str]]) -> Pics:
     channels = tuple(
         ChannelPics(number=number, bay=place.bay if bays is not None else None)
         for place in declared.places
-        for number in place.channels
+        for number, _ in enumerate(place.channels, 1)
         if place.moves_stages
     )
     return replace(declared.pics, unsupported=reasons, bays=bays, channels=channels)

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 from apt_host import BAY, host_of
-from parameter_sets import UNITS, address_of, channel_of, plain_sets, wanted_values
+from parameter_sets import (
+    UNITS,
+    address_of,
+    channel_of,
+    idents_of,
+    plain_sets,
+    wanted_values,
+)
 
 from stagewire_apt import messages as m
 from stagewire_virtual.thorlabs_apt.facts import class_of
@@ -25,7 +32,10 @@ LIVING = {
     "QUAD_SET_OPERMODE",
     "QUAD_SET_POSITIONOUTPUTS",
 }
-"""SETs with an action, with a live value or for all channels; other tests check these."""
+"""SETs with an action, with a live value or for all channels; other tests check these.
+
+The channel enable state of an MPC is a mask.
+"""
 
 
 @pytest.mark.parametrize("unit", UNITS)
@@ -34,11 +44,12 @@ def test_a_set_changes_only_its_own_channel(unit):
     channels = UNITS[unit].facts["channels"]
     tried = 0
     for set_, req, get in plain_sets(unit):
-        if set_.layout.message in LIVING:
+        name = set_.layout.message
+        if name in LIVING or (unit.startswith("MPC") and name == "MOD_SET_CHANENABLESTATE"):
             continue
         names_channel = "chan_ident" in set_.layout.fields
-        idents = range(1, channels + 1) if names_channel else [None]
-        for ident in idents:
+        idents = idents_of(unit) if names_channel else [None]
+        for number, ident in enumerate(idents, 1):
             channel = {} if ident is None else {"chan_ident": ident}
             before = {
                 other: far.ask(req(chan_ident=other), address_of(unit))
@@ -46,7 +57,7 @@ def test_a_set_changes_only_its_own_channel(unit):
                 if other not in (None, ident)
             }
             asked = channel or channel_of(req)
-            values = wanted_values(unit, set_, ident or 1)
+            values = wanted_values(unit, set_, number)
             far.say(set_(**channel, **values), address_of(unit))
             said = class_of(UNITS[unit], get.layout.message)
             assert far.ask(req(**asked), address_of(unit)) == [said(**channel, **values)]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import copy
 
 import pytest
-from apt_host import BAY, MOTHERBOARD, USB, Host
+from apt_host import BAY, MOTHERBOARD, Host
+from parameter_sets import address_of, idents_of
 
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
@@ -16,6 +17,8 @@ from stagewire_virtual.thorlabs_apt.facts import class_of
 from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
 
 UNITS = {name: unit for name, unit in units_of(PROTOCOL).items() if not why_not(unit)}
+COMMON = ("KIM101", "TIM101")
+"""The units with one status message for all channels."""
 STATUS = {
     "stepper": m.MotGetStatusUpdate,
     "dc": m.MotGetDcStatusUpdate,
@@ -25,25 +28,32 @@ STATUS = {
 
 def _status(unit):
     """Return the class of the updates; some units of Issue 37 have another one, or send it longer."""
+    if "PZMOT_GET_STATUSUPDATE" in UNITS[unit].messages:
+        return class_of(UNITS[unit], "PZMOT_GET_STATUSUPDATE")
     status = STATUS[UNITS[unit].facts["status"]]
     return class_of(UNITS[unit], status.layout.message)
+
+
+def _channels_in(frames, unit):
+    """Return the channels of status messages, or of the only one."""
+    if unit in COMMON:
+        [frame] = frames
+        return [getattr(frame.message, f"chan_ident_{number}") for number in (1, 2, 3, 4)]
+    return [frame.message.chan_ident for frame in frames]
 
 
 @pytest.mark.parametrize("unit", [name for name in UNITS if "status" in UNITS[name].facts])
 def test_updates_are_sent_ten_times_a_second_for_each_channel(unit, host):
     far = host(unit)
-    facts = UNITS[unit].facts
-    address = USB if facts["address"] == "generic_usb" else BAY
+    address = address_of(unit)
     far.say(m.HwStartUpdateMsgs(10), address)
     for _ in range(5):
         far.clock.advance(0.0999)
         assert far.heard() == []
         far.clock.advance(0.0001)
         frames = far.heard()
-        assert [type(frame.message) for frame in frames] == [
-            _status(unit) for _ in range(facts["channels"])
-        ]
-        assert [f.message.chan_ident for f in frames] == list(range(1, facts["channels"] + 1))
+        assert {type(frame.message) for frame in frames} == {_status(unit)}
+        assert _channels_in(frames, unit) == idents_of(unit)
         assert {frame.source for frame in frames} == {address}
     far.say(m.HwStopUpdateMsgs(), address)
     far.clock.advance(1.0)

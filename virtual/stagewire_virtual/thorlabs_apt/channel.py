@@ -162,6 +162,8 @@ class Behaviour:
 
     can_stick: ClassVar[bool] = False
     """Whether the channel has a moving part that can be blocked."""
+    enables_by_mask: ClassVar[bool] = False
+    """Whether MOD_SET_CHANENABLESTATE names channels by a mask, and disables those that are not in it."""
 
     _marked: ClassVar[Mapping[str, Mapping[str, str]]] = {
         kind: {} for kind in ("handles", "live", "stored", "amends")

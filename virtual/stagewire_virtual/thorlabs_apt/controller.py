@@ -202,17 +202,39 @@ class Controller:
     def _status_class(self) -> type[FramedMessage] | None:
         """Return the class of the periodic status message; None for a unit without channels."""
         periodic = [facts.starts for facts in self._facts.values() if facts.period]
-        names = frozenset().union(*periodic) & self._facts.keys() if self.channels else ()
-        return class_of(self.unit, min(names)) if names else None
+        names = frozenset().union(*periodic) & self._facts.keys() if self.channels else frozenset()
+        requested = {name for facts in self._facts.values() for name in facts.answered_by}
+        # An inertial cube also has the status of a stepper, but no message that requests it (page 28).
+        return class_of(self.unit, min(names & requested or names)) if names else None
 
     def _answer_status(self, frame: Frame) -> None:
+        if self._is_common:
+            self._send_common_status(frame)
+            return
         for channel in addressed(self.channels, frame, self):
             self._send_status_of(channel, frame)
 
     def _send_status(self, cause: Frame) -> None:
-        if not self._transmitter.withholds_updates:
-            for channel in self.channels if self._names_channel else self.channels[:1]:
-                self._send_status_of(channel, cause)
+        if self._transmitter.withholds_updates:
+            return
+        if self._is_common:
+            self._send_common_status(cause)
+            return
+        for channel in self.channels if self._names_channel else self.channels[:1]:
+            self._send_status_of(channel, cause)
+
+    @property
+    def _is_common(self) -> bool:
+        """Whether one status message has numbered fields for all channels."""
+        return self._status is not None and f"{CHANNEL}_1" in self._status.layout.fields
+
+    def _send_common_status(self, cause: Frame) -> None:
+        status = dict(self._no_status)
+        for number, channel in enumerate(self.channels, 1):
+            values = {**channel.behaviour.status(), CHANNEL: channel.ident}
+            status.update({f"{name}_{number}": value for name, value in values.items()})
+        if self._status is not None:
+            self.send(self._status(**status), cause)
 
     def _send_status_of(self, channel: Channel, cause: Frame) -> None:
         if self._status is not None:
@@ -240,9 +262,9 @@ class Controller:
     def rows(self, where: str) -> Iterator[Row]:
         """Yield the rows of the live table; ``where`` is a prefix for the names of the channels."""
         flashes = ["identifying"] if self._clock.now < self._flashes_until else []
-        for channel in self.channels:
+        for number, channel in enumerate(self.channels, 1):
             position, state = channel.behaviour.row()
             states = [state] if state else []
-            yield Row(f"{where}channel {channel.ident}", position, ", ".join(states + flashes))
+            yield Row(f"{where}channel {number}", position, ", ".join(states + flashes))
         if not self.channels:
             yield Row(where, "", ", ".join(flashes))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import random
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -28,14 +29,7 @@ from stagewire_virtual.options import Options, Settings, check_stage, known_only
 from stagewire_virtual.thorlabs_apt import identity
 from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel
 from stagewire_virtual.thorlabs_apt.controller import Controller
-from stagewire_virtual.thorlabs_apt.flipper import Flipper
-from stagewire_virtual.thorlabs_apt.laser.driver import DiodeDriver
-from stagewire_virtual.thorlabs_apt.laser.source import LaserSource
-from stagewire_virtual.thorlabs_apt.motor.motor import Motor
-from stagewire_virtual.thorlabs_apt.nanotrak.nanotrak import NanoTrak
 from stagewire_virtual.thorlabs_apt.parameters import new_parameters
-from stagewire_virtual.thorlabs_apt.piezo.piezo import Piezo
-from stagewire_virtual.thorlabs_apt.quad import Quad
 from stagewire_virtual.thorlabs_apt.quirks import (
     CLOCKWISE_IS_NEGATIVE,
     QUIRKS,
@@ -43,27 +37,25 @@ from stagewire_virtual.thorlabs_apt.quirks import (
     without_motion,
 )
 from stagewire_virtual.thorlabs_apt.rack import BAYS, RACK, Bays, PanelLock, UserIo, modular_rack
-from stagewire_virtual.thorlabs_apt.solenoid import Solenoid
-from stagewire_virtual.thorlabs_apt.strain_gauge import StrainGauge
-from stagewire_virtual.thorlabs_apt.tec.cooler import Cooler
 from stagewire_virtual.thorlabs_apt.transmitter import Panel
 
-_BY_MESSAGE: Final[tuple[tuple[str, type[Behaviour]], ...]] = (
-    ("MOT_SET_SOL_STATE", Solenoid),  # before the motor, because it also has messages of motors
-    ("MOT_MOVE_HOME", Motor),
-    ("PZ_SET_OUTPUTVOLTS", Piezo),
-    ("PZ_REQ_TSG_READING", StrainGauge),
-    ("MOT_REQ_MFF_OPERPARAMS", Flipper),
-    ("LA_REQ_STATUSUPDATE", LaserSource),
-    ("LD_REQ_STATUSUPDATE", DiodeDriver),
-    ("TEC_REQ_STATUSUPDATE", Cooler),
-    ("PZ_SET_NTMODE", NanoTrak),
-    ("QUAD_SET_OPERMODE", Quad),
+_BY_MESSAGE: Final[tuple[tuple[str, str], ...]] = (
+    # Before the motor, because they also have messages of motors:
+    ("MOT_SET_SOL_STATE", "solenoid.Solenoid"),
+    ("POL_SET_PARAMS", "paddles.Paddle"),
+    ("PZMOT_MOVE_START", "inertial.pdxc2.OricChannel"),
+    ("PZMOT_MOVE_ABSOLUTE", "inertial.cube.InertialCube"),
+    ("MOT_MOVE_HOME", "motor.motor.Motor"),
+    ("PZ_SET_OUTPUTVOLTS", "piezo.piezo.Piezo"),
+    ("PZ_REQ_TSG_READING", "strain_gauge.StrainGauge"),
+    ("MOT_REQ_MFF_OPERPARAMS", "flipper.Flipper"),
+    ("LA_REQ_STATUSUPDATE", "laser.source.LaserSource"),
+    ("LD_REQ_STATUSUPDATE", "laser.driver.DiodeDriver"),
+    ("TEC_REQ_STATUSUPDATE", "tec.cooler.Cooler"),
+    ("PZ_SET_NTMODE", "nanotrak.nanotrak.NanoTrak"),
+    ("QUAD_SET_OPERMODE", "quad.Quad"),
 )
-
-
-_NOT_SIMULATED: Final = ("POL_SET_PARAMS", "PZMOT_GET_STATUSUPDATE")
-"""Messages of controllers whose motion no behaviour simulates, although they have messages of motors."""
+"""Message -> behaviour, imported when it is needed: some use names that only an overlay generates."""
 
 
 def behaviour_of(unit: Unit) -> type[Behaviour]:
@@ -73,7 +65,10 @@ def behaviour_of(unit: Unit) -> type[Behaviour]:
     """
     if reason := AptInstrument.why_not(unit):
         raise VirtualError(reason)
-    return next(behaviour for message, behaviour in _BY_MESSAGE if message in unit.messages)
+    path = next(behaviour for message, behaviour in _BY_MESSAGE if message in unit.messages)
+    module, _, name = f"{__package__}.{path}".rpartition(".")
+    behaviour: type[Behaviour] = getattr(importlib.import_module(module), name)
+    return behaviour
 
 
 _DEFAULT: Final = Options()
@@ -142,9 +137,6 @@ class AptInstrument(Instrument):
     @classmethod
     def why_not(cls, unit: Unit) -> str:
         """Return why a unit cannot be simulated yet; empty if it can."""
-        for message in _NOT_SIMULATED:
-            if message in unit.messages:
-                return f"{unit.name} cannot be simulated yet: no virtual channel has its message {message}"
         if any(message in unit.messages for message, _ in _BY_MESSAGE):
             return ""
         known = ", ".join(message for message, _ in _BY_MESSAGE)

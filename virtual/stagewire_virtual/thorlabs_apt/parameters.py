@@ -110,6 +110,10 @@ class Parameters:
             if fault := value.fault(values[value.name]):
                 self._controller.refuse(frame, f"{facts.name}: {fault}")
                 return
+        by_mask = any(channel.behaviour.enables_by_mask for channel in self._channels)
+        if facts.set_name == _ENABLE_STATE and by_mask:
+            self._enable_by_mask(frame)
+            return
         for channel in addressed(self._channels, frame, self._controller):
             if why := channel.behaviour.refusal(frame):
                 self._controller.refuse(frame, f"{facts.name}: {why}")
@@ -124,6 +128,20 @@ class Parameters:
             for name in facts.announces:
                 if name in self._facts:
                     self._controller.send(self._message(name, channel, values), frame)
+
+    def _enable_by_mask(self, frame: Frame) -> None:
+        """Enable the channels in a mask and disable all others; with DISABLE, disable those in the mask."""
+        message: Any = frame.message
+        if unknown := message.chan_ident & ~sum(channel.ident for channel in self._channels):
+            self._controller.refuse(frame, f"unknown channels {unknown:#04x} in the mask")
+            return
+        enables = message.enable_state == EnableState.ENABLE
+        for channel in self._channels:
+            named = bool(channel.ident & message.chan_ident)
+            if enables or named:
+                state = EnableState.ENABLE if enables and named else EnableState.DISABLE
+                channel.parameters[_ENABLE_STATE]["enable_state"] = state
+                obey_enable_state(channel)
 
     def answer(self, facts: Message, frame: Frame) -> None:
         """Answer a REQ with the GET of each addressed channel.

@@ -38,15 +38,18 @@ class Panel(Protocol):
 UNACKNOWLEDGED: Final = 50
 """How many status messages are sent without a keep-alive message of the host (pages 80 and 105)."""
 
+_UNACKNOWLEDGED_OF: Final = {"PZMOT_ACK_STATUSUPDATE": 10}
+"""The same for a keep-alive message with another number (Issue 37, page 406)."""
+
 
 class Transmitter:
     """Sends all messages of one controller.
 
     Messages that the unit does not have, and messages that the host muted, are not sent. A controller that
     requires keep-alive messages sends :data:`UNACKNOWLEDGED` unsolicited messages (updates and completions)
-    after the last one; further ones are lost. A status message that the host requested is always sent and
-    does not count. Pages 80 and 105 do not say so, but a real TDC001 answers drivers that poll it and never
-    acknowledge.
+    after the last one, or 10 if its keep-alive message is PZMOT_ACK_STATUSUPDATE; further ones are lost. A
+    status message that the host requested is always sent and does not count. Pages 80 and 105 do not say so,
+    but a real TDC001 answers drivers that poll it and never acknowledge.
 
     :param unit: its unit in the registry.
     :param wants_keep_alive: whether it requires keep-alive messages.
@@ -64,7 +67,9 @@ class Transmitter:
     ) -> None:
         self._unit = unit
         self._facts = facts_of(unit)
-        self._limit = UNACKNOWLEDGED if wants_keep_alive else None
+        keep_alive = unit.facts.get("keep_alive", "none")
+        limit = _UNACKNOWLEDGED_OF.get(keep_alive, UNACKNOWLEDGED)
+        self._limit = limit if wants_keep_alive else None
         self._quirks = [quirk for name, quirk in FRAME_QUIRKS.items() if name in quirks]
         self._transmit = transmit
         self.reset()
