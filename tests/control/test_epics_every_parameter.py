@@ -182,7 +182,8 @@ async def check_part(part: Any, line: Line) -> None:
             assert record.value == value
             assert record.alarm.severity is Severity.NO_ALARM
     await records.lost("the test has ended")
-    if status_set(type(part)) is not None:
+    if status_set(type(part)) is not None and type(part).__name__ not in ("KIM001", "PDXC2"):
+        # these two send a shorter status than the KIM101
         status = StatusRecords(type(part), "LAB:x")
         await status.request(part)
         for record in status.records:

@@ -15,7 +15,12 @@ from stagewire.quantities import EndlessTravel, Limit, ScaleConflict, Stage
 from stagewire_apt import stages
 from stagewire_virtual.factory import simulated_units
 
-ROTARY = [stage for stage in vars(stages).values() if isinstance(stage, Stage) and stage.rotary]
+ROTARY = [
+    stage
+    for stage in vars(stages).values()
+    if isinstance(stage, Stage) and stage.rotary and stage.name != "MPC_Paddle"
+]
+"""All rotary stages, except the paddles, which have neither relative moves nor velocities."""
 
 
 def drives() -> list[tuple[str, str]]:

@@ -3654,6 +3654,7 @@ class MPC220(_MPC220Calls):
     ::
 
         async with MPC220.open("COM3") as mpc220:
+            await mpc220.channel(1).enable()
             await mpc220.channel(1).home()
             await mpc220.channel(1).move_absolute(deg=1)
             print(await mpc220.channel(1).position)
@@ -3728,6 +3729,7 @@ class MPC320(_MPC320Calls):
     ::
 
         async with MPC320.open("COM3") as mpc320:
+            await mpc320.channel(1).enable()
             await mpc320.channel(1).home()
             await mpc320.channel(1).move_absolute(deg=1)
             print(await mpc320.channel(1).position)

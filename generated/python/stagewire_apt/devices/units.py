@@ -3656,6 +3656,7 @@ class MPC220(_MPC220Calls):
     ::
 
         with MPC220.open("COM3") as mpc220:
+            mpc220.channel(1).enable()
             mpc220.channel(1).home()
             mpc220.channel(1).move_absolute(deg=1)
             print(mpc220.channel(1).position)
@@ -3730,6 +3731,7 @@ class MPC320(_MPC320Calls):
     ::
 
         with MPC320.open("COM3") as mpc320:
+            mpc320.channel(1).enable()
             mpc320.channel(1).home()
             mpc320.channel(1).move_absolute(deg=1)
             print(mpc320.channel(1).position)

@@ -82,9 +82,12 @@ async def targets_of(
 
 def position_in(values: Values[Any] | None) -> int | None:
     """Return the position that a controller reported, in counts; None if it reported none."""
-    for value in () if values is None else vars(type(values)).values():
-        if isinstance(value, InUnits) and value.quantity == POSITION:
-            counts: int = getattr(values.message, value.field)  # type: ignore[union-attr]
+    if values is None:
+        return None
+    sent = values.message.layout.fields  # a shorter form has not all fields
+    for value in vars(type(values)).values():
+        if isinstance(value, InUnits) and value.quantity == POSITION and value.field in sent:
+            counts: int = getattr(values.message, value.field)
             return counts
     return None
 

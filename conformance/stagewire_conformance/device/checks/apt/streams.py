@@ -138,7 +138,8 @@ def streams_of(declared: Declaration) -> list[Stream]:
 
 def stream_of(declared: Declaration, place: Target) -> Stream | None:
     """Return the stream of a target; None if it has no channels or its list has no stream."""
-    for name, entry in declared.registry.messages.items():
+    messages = declared.registry.messages
+    for name, entry in messages.items():
         exchange = entry["exchange"]
         if "periodic_ms" not in exchange or name not in place.listed or not place.channels:
             continue
@@ -148,7 +149,11 @@ def stream_of(declared: Declaration, place: Target) -> Stream | None:
             for other, each in declared.registry.messages.items()
             if each["exchange"].get("stops") == started
         )
-        status = next((each for each in started if each in place.listed), None)
+        exchanges = [messages[other]["exchange"] for other in place.listed]
+        asked = {each for exchange in exchanges for each in exchange.get("answered_by", ())}
+        # A TIM101 also lists the status of a stepper, but no message that requests it.
+        listed = [each for each in started if each in place.listed]
+        status = min(listed, key=lambda each: each not in asked, default=None)
         if status is not None:
             defaults: dict[str, Any] = entry.get("call", {}).get("defaults", {})
             return Stream(place, declared.make(name, **defaults), declared.make(stop), status)

@@ -150,9 +150,11 @@ def _example(protocol: Protocol, unit: UnitPlan, waits: str) -> Iterator[str]:
     inner = [plan.level for plan in unit.classes if plan.level != "device"]
     part = ".".join((device, *(f"{level}(1)" for level in reversed(inner))))
     asynchronous = "async " if waits else ""
+    # Documents require it before units that name channels by bits move.
+    enabling = f"            {waits}{part}.enable()\n" if "channel_idents" in unit.entry else ""
     yield (
         f'::\n\n        {asynchronous}with {unit.name}.open("COM3"{option}) as {device}:\n'
-        f"            {waits}{part}.home()\n"
+        f"{enabling}            {waits}{part}.home()\n"
         f"            {waits}{part}.move_absolute({target})\n"
         f"            print({waits}{part}.{position})"
     )

@@ -76,6 +76,8 @@ _BOUND: Final = (
 
 _MOTOR: Final = "MOT_MOVE_HOME"
 """Units with this message in their list move something. Solenoid drivers have other motor messages."""
+_OTHERS: Final = {"PZMOT_GET_STATUSUPDATE", "POL_SET_PARAMS"}
+"""Units with one of these messages home as motors do, but have their own kinds of checks."""
 _BRUSHLESS: Final = "MOT_REQ_PMDPROFILEMODEPARAMS"
 """Units with this message in their list drive brushless motors."""
 _FAST: Final = 0.7
@@ -85,7 +87,7 @@ _FAST: Final = 0.7
 def motors(declared: Declaration) -> Iterator[Motor]:
     """Yield the channels that move something."""
     for place in declared.places:
-        if _MOTOR in place.listed:
+        if _MOTOR in place.listed and not _OTHERS & place.listed:
             for channel in place.channels:
                 yield place, channel
 

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 
 
 _DUE: Final = 50
+_DUE_OF: Final = {"PZMOT_ACK_STATUSUPDATE": 10}
+"""The number of status messages for a keep-alive message with another number (Issue 37, page 406)."""
+
 _ABOUT: Final = 5
 """The tolerance of the document's "~50"."""
 
@@ -61,6 +64,7 @@ _OF_SIGN: Final = {
     "LA_ACK_STATUSUPDATE": "laser-keep-alive",
     "LD_ACK_STATUSUPDATE": "laser-keep-alive",
     "TEC_ACK_STATUSUPDATE": "tec-keep-alive",
+    "PZMOT_ACK_STATUSUPDATE": "pzmot-keep-alive",
 }
 
 KIND = Kind(
@@ -73,6 +77,7 @@ KIND = Kind(
         "piezo-keep-alive-counts-status",
         "laser-keep-alive",
         "tec-keep-alive",
+        "pzmot-keep-alive",
     ),
 )
 
@@ -84,6 +89,7 @@ REPLY = Kind(
         "piezo-keep-alive-no-response",
         "laser-keep-alive",
         "tec-keep-alive",
+        "pzmot-keep-alive",
     ),
 )
 
@@ -187,6 +193,7 @@ def _judge_silence(
         mine = stream.of_it(heard)
         counts = {number: len(came) for number, came in stream.by_channel(heard).items() if came}
         place, name = stream.place.name, stream.sign
+        due = _DUE_OF.get(name, _DUE)
         trial.need(
             bool(mine),
             f"{place} sent no {stream.status} after {stream.start.layout.message}",
@@ -198,7 +205,7 @@ def _judge_silence(
         if goes_on and max(counts.values()) < _TOO_MANY:
             trial.inconclusive(
                 f"{place} sent {stream.status} {len(mine)} times in {_LONGEST:g} s, too rarely "
-                f"to show whether it stops after about {_DUE}"
+                f"to show whether it stops after about {due}"
             )
             continue
         if goes_on and not _is_printed(trial, stream):
@@ -211,17 +218,19 @@ def _judge_silence(
         trial.must(
             not goes_on,
             f"{place} sent {stream.status} {len(mine)} times without {name} and did not stop; "
-            f"it should stop after about {_DUE}",
+            f"it should stop after about {due}",
             rule=_rule(stream, "fifty"),
             came=mine[-1].raw,
         )
-        right = any(map(_is_due, (total, len(mine)))) or all(map(_is_due, counts.values()))
+        right = any(abs(count - due) <= _ABOUT for count in (total, len(mine))) or all(
+            abs(count - due) <= _ABOUT for count in counts.values()
+        )
         trial.must(
             goes_on or right,
             f"{place} stopped after it had sent {stream.status} {_counted(counts)} without "
-            f"{name}; it should stop after about {_DUE}",
+            f"{name}; it should stop after about {due}",
             rule=_rule(stream, "counts-status"),
-            cause=Cause(stream.status, ENDED) if len(mine) < _DUE else None,
+            cause=Cause(stream.status, ENDED) if len(mine) < due else None,
             came=mine[-1].raw,
         )
     return silent
@@ -242,10 +251,6 @@ def _rule(stream: Stream, name: str) -> str:
     if stream.sign in _OF_SIGN:
         return _OF_SIGN[stream.sign]  # their pages have one rule for all
     return f"piezo-keep-alive-{name}" if stream.sign.startswith("PZ_") else f"keep-alive-{name}"
-
-
-def _is_due(count: int) -> bool:
-    return abs(count - _DUE) <= _ABOUT
 
 
 def _counted(counts: dict[int, int]) -> str:
