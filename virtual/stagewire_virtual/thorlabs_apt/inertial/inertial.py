@@ -1,4 +1,4 @@
-"""What all inertial channels share: counters, status bits, and the actions of their drive."""
+"""The common base of inertial channels: counters, status bits, and the actions of their drive."""
 
 from __future__ import annotations
 
