@@ -180,7 +180,9 @@ def _judge_order(
 
 def _answers(request: Request, heard: Incoming) -> bool:
     """Return whether a message is the reply to a request. Addresses of 0 match any target."""
-    if heard.name not in request.answers or heard.channel not in (None, request.channel):
+    if heard.name not in request.answers:
+        return False
+    if None not in (heard.channel, request.channel) and heard.channel != request.channel:
         return False
     mine = request.place.address
     return mine in (heard.source, heard.dest) or heard.source == heard.dest == 0
