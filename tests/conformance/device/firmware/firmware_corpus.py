@@ -5,6 +5,7 @@ from __future__ import annotations
 from faulty_commands import COMMANDS
 from faulty_dynamics import DYNAMICS
 from faulty_identity import IDENTITY
+from faulty_inertial import INERTIAL
 from faulty_light import LIGHT
 from faulty_moves import MOVES
 from faulty_outputs import OUTPUTS
@@ -20,5 +21,5 @@ __all__ = ["COMMANDS", "DEFECTS"]
 
 DEFECTS = (
     *REPLIES, *SETTINGS, *STORAGE, *STATUS, *UPDATES, *IDENTITY, *RECEPTION, *MOVES, *DYNAMICS, *OUTPUTS,
-    *PIEZOS, *LIGHT,
+    *PIEZOS, *LIGHT, *INERTIAL,
 )  # fmt: skip

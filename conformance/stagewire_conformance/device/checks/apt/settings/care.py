@@ -232,6 +232,30 @@ CARE: Final[Mapping[str, Care]] = {
     ),
     "PZ_PPC_IOSETTINGS": Care(_all(_LISTED, "fp_brightness"), when=When.OPEN_LOOP),
     "PZ_PIDCRITERIA": Care(_all(_NEAR, "target_error_window"), when=When.OPEN_LOOP),
+    "PZMOT_DRIVEOPPARAMS": Care(_all(_LOWER, "max_voltage", "step_rate", "step_accn")),
+    "PZMOT_TIMJOGPARAMS": Care(_all(_LOWER, "jog_step_size", "jog_step_rate", "jog_step_accn")),
+    "PZMOT_TIMPOTPARAMS": Care(_all(_LOWER, "max_step_rate")),
+    "PZMOT_TIMBUTTONPARAMS": Care(_all(_NEAR, "position1", "position2")),
+    "PZMOT_KCUBEJOGPARAMS": Care(
+        {
+            **_all(_LISTED, "jog_mode"),
+            **_all(_LOWER, "jog_step_size_fwd", "jog_step_size_rev"),
+            **_all(_LOWER, "jog_step_rate", "jog_step_accn"),
+        }
+    ),
+    "PZMOT_LIMSWITCHPARAMS": Care(_all(_LISTED, "fwd_hard_limit", "rev_hard_limit")),
+    "PZMOT_KCUBEMOVERELATIVEPARAMS": Care(_all(_WIDE, "rel_distance")),
+    "PZMOT_KCUBEMOVEABSOLUTEPARAMS": Care(_all(_WIDE, "abs_distance")),
+    "PZMOT_OPENMOVEPARAMS": Care(_all(_NEAR, "step_size")),
+    "PZMOT_CLOSEMOVEPARAMS": Care(_all(_NEAR, "position")),
+    "PZMOT_CLOSEDLOOPPARAMS": Care(_all(_LOWER, "ref_speed", "acceleration")),
+    "PZMOT_AMPOUTPARAMS": Care(_all(_LOWER, "forward_amplitude", "reverse_amplitude")),
+    "POL_PARAMS": Care(
+        {
+            "velocity": _LOWER,
+            **_all(_HIGHER, "home_position", "jog_step1", "jog_step2", "jog_step3"),
+        }
+    ),
     "KPZ_KCUBEMMIPARAMS": Care(
         {
             **_all(_LOWER, "js_volt_step", "disp_brightness", "disp_dim_level"),
