@@ -13,6 +13,7 @@ from apt_runs import Bench, faulty_link
 from later_benches import laboratory
 from later_faults import LaterFault, LinkFault, byte, of
 from later_faults_bytes import BYTES
+from later_faults_generic import GENERIC
 from later_faults_motion import MOTION
 
 from parts import every_nth
@@ -22,12 +23,14 @@ from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
 
-EVERY = [(unit, fault) for fault in (*BYTES, *MOTION) for unit in fault.units]
+EVERY = [(unit, fault) for fault in (*BYTES, *MOTION, *GENERIC) for unit in fault.units]
+OWN = [case for case in EVERY if case[1] not in GENERIC]
 BY_NAME = {fault.name: fault for _, fault in EVERY}
 UNITS = sorted({unit for unit, _ in EVERY})
 FAMILIES = (
     "KDC101", "KST101", "KST201", "K10CR1", "LTS150", "LTS300", "MLJ050", "BSC201", "BSC203", "KBD101",
     "TBD001", "BBD202", "BBD302", "MFF101", "MFF102", "KSC101",
+    "KLD101", "TLD001", "KLS635", "TLS001", "TTC001", "KNA101", "TNA001", "KPA101", "TPA101",
 )  # fmt: skip
 
 
@@ -63,7 +66,7 @@ def named(case: Any) -> str | None:
 
 
 def test_the_faults_cover_the_families() -> None:
-    assert len(BY_NAME) == len(BYTES) + len(MOTION) >= 60
+    assert len(BY_NAME) == len(BYTES) + len(MOTION) + len(GENERIC) >= 80
     assert set(FAMILIES) <= set(UNITS)
 
 
@@ -88,7 +91,7 @@ def test_a_flipper_may_have_its_positions_the_other_way_round(mirrored: LinkFaul
 
 
 @pytest.mark.matrix
-@pytest.mark.parametrize(("unit", "fault"), EVERY[::4], ids=named)
+@pytest.mark.parametrize(("unit", "fault"), OWN[::4], ids=named)
 def test_the_whole_suite_names_the_rule(unit: str, fault: LaterFault) -> None:
     assert fault.rule in rules_named(run_with(laboratory(unit), fault.make()))
 
