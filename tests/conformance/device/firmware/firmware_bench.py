@@ -159,6 +159,7 @@ _IO = m.KpcSetIoSettings(
     strain_gauge_option=0,
 )
 
+_ALIGNERS = ("KPA101", "TPA101", "TQD001")
 _SPECIAL: Mapping[str, Bench] = {
     "TDC001": _on_stage("TDC001", "Z8", "0..12mm", "0..5mm"),
     "BBD102": _on_stage("BBD102", "MLS203", "0..110mm", "0..40mm", bays=2),
@@ -176,6 +177,7 @@ _SPECIAL: Mapping[str, Bench] = {
     "PPC001": _prepared("PPC001", _HIGHEST, _THIRD),
     "PPC102": _prepared("PPC102", _HIGHEST, _THIRD, bays=_BAYS[:2]),
     "CT1P": _prepared("CT1P", _THIRD),
+    **{unit: replace(_plain(unit, 0), motion="-30000..30000counts") for unit in _ALIGNERS},
     "RACK": _rack(),
     "BSC103 with an empty bay": _with_an_empty_bay(),
     "TDC001 on RS-232": _on_rs232(),

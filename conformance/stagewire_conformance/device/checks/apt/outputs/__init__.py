@@ -1,4 +1,4 @@
-"""Checks of outputs: channels and their loops, piezos, the solenoid, digital outputs."""
+"""Checks of outputs: channels and loops, piezos, solenoids, digital outputs, NanoTraks, position aligners."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.outputs import (
+    aligner,
     enable,
     flipper,
     laser,
@@ -15,6 +16,7 @@ from stagewire_conformance.device.checks.apt.outputs import (
     reading,
     solenoid,
     tec,
+    tracking,
     zero,
 )
 
@@ -42,5 +44,10 @@ KINDS: Final[tuple[Kind, ...]] = (
     tec.STATUS,
     tec.SET_POINT,
     tec.LIMIT,
+    tracking.TRACKING,
+    tracking.RANGE,
+    aligner.MODE,
+    aligner.OUTPUTS,
+    aligner.LOOP,
 )
 """The kinds in the order in which they run."""
