@@ -15,6 +15,7 @@ from faulty_replies import REPLIES
 from faulty_settings import SETTINGS
 from faulty_status import STATUS
 from faulty_storage import STORAGE
+from faulty_trackers import TRACKERS
 from faulty_updates import UPDATES
 
 __all__ = ["COMMANDS", "DEFECTS"]
@@ -22,4 +23,6 @@ __all__ = ["COMMANDS", "DEFECTS"]
 DEFECTS = (
     *REPLIES, *SETTINGS, *STORAGE, *STATUS, *UPDATES, *IDENTITY, *RECEPTION, *MOVES, *DYNAMICS, *OUTPUTS,
     *PIEZOS, *LIGHT, *INERTIAL,
+    *PIEZOS, *LIGHT,
+    *PIEZOS, *TRACKERS,
 )  # fmt: skip

@@ -254,7 +254,7 @@ def _loop(trial: Trial, place: Target, channel: int) -> None:
         before, after = getattr(first, f"{axis}_diff"), getattr(closed, f"{axis}_diff")
         output = getattr(closed, f"{axis}_pos")
         at_limit = min(abs(output - end) for end in unit.span) <= _NEAR
-        if at_limit and abs(after) > _NEAR:
+        if at_limit and _NEAR < abs(after) <= abs(before) + _NEAR:
             trial.info(
                 f"{unit.text}: the {axis} output is at its limit, so the beam is not centred"
             )

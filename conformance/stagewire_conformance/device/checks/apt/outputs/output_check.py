@@ -35,7 +35,7 @@ def output_check(
 ) -> Callable[[_Look], _Look]:
     """Declare a function as a check of each channel whose target has some messages; a decorator.
 
-    It needs the permissions for the hazards of its messages.
+    It needs the permissions for the hazards of its messages, and for those that tune a loop.
 
     :param title: has the channel as ``{output}``.
     :param does: has the allowed range as ``{range}``.
@@ -56,7 +56,8 @@ def output_check(
                     arguments={"place": place, "channel": channel},
                     words={"output": f"channel {channel} of {place.name}"},
                     messages=also(place),
-                    needs=declared.needs((*messages, *also(place)), place) & HAZARDS,
+                    needs=declared.needs((*messages, *also(place)), place)
+                    & {*HAZARDS, Need.TUNING},
                     skip=place.why_none(messages) or skip(declared, place),
                     lacks=lacks(declared, allowed, place),
                 )
