@@ -276,7 +276,7 @@ def _range(trial: Trial, place: Target, channel: int) -> None:
     if unit.ask(m.PzReqNtMode()).state in _TRACKING:
         unit.give_up(f"{unit.text} tracks, so its range was not changed")
     if unit.ask(m.PzReqNtFeedbackSrc()).feedback_src != _TIA:
-        unit.give_up(f"{unit.text} has an external signal, for which there are no ranges")
+        unit.give_up(f"{unit.text} has an external signal, which has no ranges")
     before = unit.ask(m.PzReqNtTiaRangeParams()).values()
     first = unit.status().range
     trial.undo(f"range of {unit.text}", partial(_restore, unit, before, first))
