@@ -276,7 +276,8 @@ def units(spec: Spec, names: list[str]) -> None:
 
 def families(spec: Spec, names: list[str]) -> None:
     known = spec.files["tiny/units.yaml"]["families"]
-    known |= dict.fromkeys(names, known["plain"])
+    family = {key: value for key, value in known["plain"].items() if key != "hazards"}
+    known |= dict.fromkeys(names, family)  # hazards are of the messages of units
 
 
 def lists(spec: Spec, names: list[str]) -> None:
