@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
@@ -28,6 +29,70 @@ def attach(monkeypatch: pytest.MonkeyPatch) -> Attach:
     return partial(attached, monkeypatch)
 
 
+def test_a_disabled_channel_is_not_moved_without_enable(
+    stagewire: Stagewire, attach: Attach
+) -> None:
+    with virtual.KIM101() as kim:
+        line = attach(kim)
+        result = stagewire(
+            "move", URL, "--unit", "KIM101", "--channel", "3", "--counts", "--to", "200", "--yes"
+        )
+    assert result.code == 1
+    assert "give --enable, which disables the others" in result.err
+    assert line.count(STEPS) == line.count(ENABLED) == 0
+
+
+def test_enable_enables_one_channel_and_moves_it(stagewire: Stagewire, attach: Attach) -> None:
+    words = ("--unit", "KIM101", "--channel", "3", "--counts", "--enable", "--yes")
+    with virtual.KIM101() as kim:
+        line = attach(kim)
+        first = stagewire("move", URL, *words, "--to", "200")
+        second = stagewire("move", URL, *words, "--by", "-50")
+    assert (first.code, first.err) == (0, "")
+    assert (
+        ": will enable the channel, disable the others and move from 0 counts to 200" in first.out
+    )
+    assert first.out.endswith("it is at 200 counts\n")
+    assert second.out.endswith("it is at 150 counts\n")
+    [sent] = [data for data in line.written if STEPS in data]
+    assert sent[6] == 0x04  # the bit of channel 3
+
+
+@pytest.mark.parametrize(("direction", "place"), [("forward", "250"), ("reverse", "-250")])
+def test_a_jog_names_its_stored_step(
+    stagewire: Stagewire, attach: Attach, direction: str, place: str
+) -> None:
+    with virtual.KIM101() as kim:
+        attach(kim)
+        result = stagewire(
+            "jog", URL, direction, "--unit", "KIM101", "--channel", "2", "--enable", "--yes"
+        )
+    assert (result.code, result.err) == (0, "")
+    assert "from 0 counts by the stored step of 250 counts (SINGLE_STEP)" in result.out
+    assert result.out.endswith(f"it is at {place} counts\n")
+
+
+def test_a_paddle_moves_in_degrees(stagewire: Stagewire, attach: Attach) -> None:
+    words = ("--unit", "MPC320", "--channel", "2", "--enable", "--yes")
+    with virtual.MPC320() as mpc:
+        attach(mpc)
+        result = stagewire("move", URL, "--to", "45deg", *words)
+    assert (result.code, result.err) == (0, "")
+    assert "move from 0.0000 deg to 45 deg" in result.out
+    assert "it is at 45.0" in result.out
+
+
+def test_an_inertial_stage_homes_and_jogs(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.PDXC2() as pdx:
+        attach(pdx)
+        home = stagewire("home", URL, "--unit", "PDXC2", "--enable", "--yes")
+        jog = stagewire("jog", URL, "forward", "--unit", "PDXC2", "--enable", "--yes")
+    assert (home.code, jog.code) == (0, 0), home.err + jog.err
+    assert "will enable the channel and home from " in home.out
+    assert "by the stored step of 100 counts (SINGLE_STEP)" in jog.out
+    assert jog.out.endswith("it is at 100 counts\n")
+
+
 @pytest.mark.parametrize("unit", ["KSC101", "TSC001"])
 @pytest.mark.parametrize(
     "words", [("--counts", "--to", "1"), ("--counts", "--by", "1"), ("--to", "1")]
@@ -43,6 +108,28 @@ def test_a_move_does_not_open_a_shutter(
     assert line.count(STATE) == line.count(MOVE) == 0
 
 
+def test_the_monitor_has_a_row_for_each_channel_with_its_own_columns(
+    stagewire: Stagewire, attach: Attach
+) -> None:
+    with virtual.KIM101() as kim:
+        attach(kim)
+        moved = stagewire(
+            "move", URL, "--unit", "KIM101", "--channel", "3", "--counts", "--to", "200",
+            "--enable", "--yes",
+        )  # fmt: skip
+        result = stagewire("monitor", URL, "--unit", "KIM101", "--for", "0.3", "--json")
+    assert (moved.code, result.code) == (0, 0), moved.err + result.err
+    rows = [json.loads(line) for line in result.out.splitlines()]
+    positions = {row["part"]: row["position_counts"] for row in rows}
+    assert positions == {"channel 1": 0, "channel 2": 0, "channel 3": 200, "channel 4": 0}
+    columns = {key for row in rows for key in row}
+    assert not {
+        key for key in columns if key.startswith(("position_1", "position_4", "chan_ident"))
+    }
+    assert {row["channel_enabled"] for row in rows if row["part"] == "channel 3"} == {True}
+    assert {row["channel_enabled"] for row in rows if row["part"] == "channel 1"} == {False}
+
+
 def test_enable_is_refused_for_a_unit_without_channels_to_enable(
     stagewire: Stagewire, attach: Attach
 ) -> None:
@@ -52,3 +139,11 @@ def test_enable_is_refused_for_a_unit_without_channels_to_enable(
     assert result.code == 2
     assert "no motor channel that can be enabled" in result.err
     assert line.count(HOME) == 0
+
+
+def test_the_monitor_has_a_row_for_each_paddle(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.MPC320() as mpc:
+        attach(mpc)
+        result = stagewire("monitor", URL, "--unit", "MPC320", "--for", "0.3", "--json")
+    parts = {json.loads(line)["part"] for line in result.out.splitlines()}
+    assert parts == {"channel 1", "channel 2", "channel 3"}

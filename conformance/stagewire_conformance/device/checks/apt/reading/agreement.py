@@ -99,6 +99,8 @@ def _other_position(before: Incoming, told: Incoming, after: Incoming) -> Differ
 def _other_bits(
     masks: Mapping[str, int], before: Incoming, told: Incoming, after: Incoming
 ) -> Difference | None:
+    if not masks:
+        return None
     bits, due = told.message.status_bits, after.message.status_bits
     differing = (bits ^ due) & ~(before.message.status_bits ^ due)
     names = [name for name, mask in masks.items() if differing & mask]

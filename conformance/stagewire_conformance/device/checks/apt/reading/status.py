@@ -117,6 +117,8 @@ def _first(trial: Trial, channel: ChannelStatus) -> Incoming | None:
 
 
 def _judge_contradictions(trial: Trial, channel: ChannelStatus, status: Incoming) -> None:
+    if not channel.masks:  # such as the status of four channels in one message
+        return
     bits = status.message.status_bits
     for pair in _EXCLUSIVE:
         trial.must(
