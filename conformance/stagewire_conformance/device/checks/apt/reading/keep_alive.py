@@ -8,6 +8,7 @@ whether a keep-alive message alone makes a silent controller resume.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
 _DUE: Final = 50
 _DUE_OF: Final = {"PZMOT_ACK_STATUSUPDATE": 10}
 """The number of status messages for a keep-alive message with another number (Issue 37, page 406)."""
+
+_SECONDS_OF_TEN: Final = 2.4
+"""The duration of the check if ten messages are due."""
 
 _ABOUT: Final = 5
 """The tolerance of the document's "~50"."""
@@ -112,6 +116,13 @@ def _on_usb(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     )
 
 
+def _until_silent_on_usb(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
+    """Yield the same case, which is shorter if fewer messages are due."""
+    for case in _on_usb(declared, allowed):
+        short = case.messages[0] in _DUE_OF
+        yield replace(case, seconds=_SECONDS_OF_TEN if short else None)
+
+
 @REPLY.check("A keep-alive message gets no response", seconds=0.5, each=_on_usb)
 def _reply(trial: Trial, streams: Sequence[Stream]) -> None:
     """Send each keep-alive message once. If status messages are running, nothing can show its reply."""
@@ -141,7 +152,7 @@ def _reply(trial: Trial, streams: Sequence[Stream]) -> None:
 @KIND.check(
     "Status messages stop about 50 after the last keep-alive message, and resume with the next one",
     seconds=6.4,
-    each=_on_usb,
+    each=_until_silent_on_usb,
 )
 def _run(trial: Trial, streams: Sequence[Stream]) -> None:
     line = trial.line

@@ -81,6 +81,8 @@ KIND = Kind(
 
 def _channels(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for channel in statuses_of(declared):
+        if "status_bits" not in channel.fields and len(channel.place.channels) > 1:
+            continue  # one status with numbered fields for all channels
         others = [name for name in (POSITION, CLOSED_LOOP) if channel.claims(name)]
         if channel.bits_alone is not None:
             others.append(channel.bits_alone)
