@@ -78,7 +78,7 @@ class ValueRecord:
         one = self.parameter
         if self._kind is Kind.CHOICE:
             value = one.names[value]
-        elif one.kind is ParameterKind.NUMBER and not one.scaled:
+        elif one.kind is ParameterKind.NUMBER and not (one.scaled or one.real):
             if value != int(value):
                 raise PutRefusedError(f"{self._record.name}: {value!r} is not a whole number")
             value = int(value)
