@@ -95,7 +95,7 @@ def test_the_voltage_range_of_a_kpc101_is_its_full_scale(package: Path) -> None:
     """Counts as in the vendor's XA software: 32767 is 75 V or 150 V."""
     program = """\
 from stagewire_apt import devices
-with devices.KPC101.open("virtual://KPC101") as cube:
+with devices.KPC101.open("virtual://KPC101", max_volts=150) as cube:
     cube.set_output_volts(volts=37.5)
     assert cube.get_output_volts().voltage in (16383, 16384)
     cube.change_io_settings(voltage_range="RANGE_150V")

@@ -11,7 +11,7 @@ from recording_link import RecordingLink
 import stagewire_virtual as virtual
 from stagewire._devices.ratings import is_rated
 from stagewire.errors import LimitError, OutOfRangeError
-from stagewire_apt import BPC201, KIM101, PROTOCOL, TDC001, TPZ001
+from stagewire_apt import BPC201, KIM101, KPC101, PROTOCOL, TDC001, TPZ001
 from stagewire_apt.devices import tables as every
 from stagewire_virtual.linking import SteppedLink
 
@@ -68,6 +68,20 @@ def test_a_range_is_not_raised_without_a_rating() -> None:
         assert nothing_was_set(line)
         device.set_output_max_volts(volts=75, flags=0)
         device.set_output_volts(volts=75)
+
+
+@pytest.mark.parametrize(("cls", "call"), [
+    (BPC201, lambda d: d.change_output_max_volts(volts=100)),
+    (TPZ001, lambda d: d.change_tpz_io_settings(voltage_limit="VOLTAGELIMIT_100V")),
+    (KPC101, lambda d: d.change_io_settings(voltage_range="RANGE_150V")),
+])  # fmt: skip
+def test_a_change_above_the_range_names_the_given_value(cls: Any, call: Any) -> None:
+    device, line = opened(cls)
+    with device:
+        with pytest.raises(LimitError, match=r"above 75 V .*pass max_volts=") as caught:
+            call(device)
+        assert "cannot be written back" not in str(caught.value)
+        assert nothing_was_set(line)
 
 
 def test_volts_out_of_range_name_the_range_and_the_setting() -> None:

@@ -176,6 +176,7 @@ class TestPortNotFoundOrDriverNotBound:
 class TestWrongAddress:
     @pytest.mark.parametrize("name", sorted(UNITS.keys() & simulated_units().keys()))
     def test_open_sends_only_requests_to_the_addresses_of_the_unit(self, name: str) -> None:
+        """Except the messages that switch off its outputs, once it is known to be the unit."""
         cls, unit = getattr(devices, name), getattr(devices, name).unit
         if unit.kind == "bay":
             line, there = RecordingLink(virtual.rack(name)), {unit.bays[0]}
@@ -187,8 +188,17 @@ class TestWrongAddress:
             effects = {one["name"]: one["effect"] for one in APT.registry()["messages"]}
             assert got
             assert {dest for _, dest in got} <= there
-            assert {effects[one] for one, _ in got} <= {"none", "stream"}
-            assert all("_SET_" not in one for one, _ in got)
+            off = {order.message: order.values for order in unit.safe_state}
+            messages = [event.frame.message for event in APT.framer().feed(line.raw)]
+            switching = [one for one in messages if type(one) in off]
+            assert [type(one) for one in switching] == list(off)  # each once
+            for one in switching:
+                assert off[type(one)].items() <= one.values().items()
+                before = messages[: messages.index(one)]
+                assert any(isinstance(other, m.HwReqInfo) for other in before)
+            requests = [one.layout.message for one in messages if type(one) not in off]
+            assert {effects[one] for one in requests} <= {"none", "stream"}
+            assert all("_SET_" not in one for one in requests)
 
     @pytest.mark.parametrize(
         ("cls", "own", "others"),

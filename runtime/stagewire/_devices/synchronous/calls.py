@@ -152,6 +152,7 @@ def set_all(
     _check_there(what, table, used, writing.layout.fields)
     fields = fields_of(what, there, given, endpoint.scales(), of=writing)
     message = _message(endpoint, what, table, fields, writing)
+    check_rating(endpoint, what, table.set, table.given, fields, {})
     deadline = endpoint.deadline(endpoint.seconds(timeout))
     with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
         write(endpoint, table, message, deadline)
@@ -180,12 +181,13 @@ def change(endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, gi
                 if entry.field in held and entry.field not in new:
                     check_held(entry.on(endpoint.scales().controllers), held[entry.field])
             writing = table.written_with(read)
-            message = _message(endpoint, what, table, {**held, **new}, writing, held)
+            message = _message(endpoint, what, table, {**held, **new}, writing)
         except OutOfRangeError as error:
             raise type(error)(
                 f"{what}: the controller holds a value that cannot be written back: {error}; nothing was "
                 f"written. Also pass this value, or write all values with set_{table.name}"
             ) from None
+        check_rating(endpoint, what, table.set, table.given, new, held)
         write(endpoint, table, message, deadline)
     written = type(read).keep({**read.values(), **new})
     return endpoint.connection.report(table.values, written, endpoint.place)
@@ -209,17 +211,14 @@ def _message(
     table: ParameterSet[Any],
     fields: dict[str, Any],
     writing: type[Message] | None = None,
-    held: Mapping[str, Any] | None = None,
 ) -> Message:
-    """Return the message that writes the set, after checking the limits.
+    """Return the message that writes the set, after checking the limits of the stage.
 
     :param writing: class of the message; None: the one that the registry prefers.
-    :param held: values that the controller holds; None: unknown.
     """
     cls = writing or table.set
     assert cls is not None  # otherwise the method would not exist
     check_limits(endpoint, what, table.given, fields)
-    check_rating(endpoint, what, table.set, table.given, fields, held or {})
     return endpoint.message(cls, fields)
 
 
