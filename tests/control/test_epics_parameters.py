@@ -37,7 +37,7 @@ def test_a_number_has_the_unit_precision_and_limits_of_the_stage(tmp_path: Path)
 
 def test_a_unit_follows_the_setting_that_it_depends_on(tmp_path: Path) -> None:
     async def main() -> None:
-        async with published(TPZ001, "virtual://TPZ001", tmp_path / "log") as tpz:
+        async with published(TPZ001, "virtual://TPZ001", tmp_path / "log", max_volts=150) as tpz:
             volts, heard = tpz["OUTPUT_VOLTS:VOLTAGE"], []
             before = volts.limits
 
