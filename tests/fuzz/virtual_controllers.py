@@ -33,8 +33,22 @@ from stagewire_virtual.factory import simulated_units
 from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
 
 UNITS = tuple(sorted(simulated_units()))
-WITHOUT_TRAVEL = frozenset(("MFF101", "MFF102", "TSC001", "KSC101"))
-"""Flippers, which have two positions, and solenoids."""
+WITHOUT_TRAVEL = frozenset(
+    (
+        "MFF101",
+        "MFF102",
+        "TSC001",
+        "KSC101",
+        "KLD101",
+        "TLD001",
+        "KLS101",
+        "KLS635",
+        "KLS1550",
+        "TLS001",
+        "TTC001",
+    )
+)
+"""Flippers, which have two positions, solenoids, lasers, and coolers."""
 SHORT = 40
 LONG = 1000
 """Number of steps: fewer than SHORT in a short case, exactly LONG in a long one."""
