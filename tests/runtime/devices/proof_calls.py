@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import math
 import random
+import textwrap
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from typing import Any
 
 from stagewire._devices import reals
+from stagewire._devices.ratings import has_rated
 from stagewire.protocols import load_protocol
+from stagewire_apt import TDC001
 
 RAISED: dict[str, dict[str, Any]] = {
     "MLS203": {"max_velocity_mm_per_s": 10**9, "max_acceleration_mm_per_s2": 10**9},
@@ -25,13 +29,19 @@ KINDS = {"_get", "_set", "_change", "_ask", "_tell", "_act", "_start", "_halt"}
 
 @dataclass(frozen=True)
 class Call:
-    """One method of a part of a unit, with its kind and its table."""
+    """One method of a part of a unit, with its kind and its table.
+
+    :ivar argument: only argument of a short form, such as ``set_volts(volts)``; empty for other calls.
+    :ivar keyword: keyword of the full call for the same value.
+    """
 
     unit: str
     part: str  # device, bay, channel or axis
     name: str
     kind: str
     table: Any
+    argument: str = ""
+    keyword: str = ""
 
     def __str__(self) -> str:
         return f"{self.unit}.{self.part}.{self.name}"
@@ -42,6 +52,8 @@ def registry(protocol: str = "thorlabs_apt") -> Any:
     return load_protocol(protocol).registry()
 
 
+FULL_SCALE = 32767
+"""Counts of an output voltage that are the whole range of the controller."""
 UNLIKE = {
     "K10CR1": "a built-in rotation stage, whose limits refuse most values in degrees",
     "KVS30": "a built-in stage, whose limits refuse most values",
@@ -65,6 +77,16 @@ def units(protocol: str = "thorlabs_apt") -> list[str]:
 def raised(unit: str) -> dict[str, Any]:
     """Return options that raise the limits of the first stage of a unit."""
     return RAISED.get(unit, RAISED.get(facts_of(unit)["stages"][0], {}))
+
+
+def rating(unit: str, protocol: str = "thorlabs_apt") -> dict[str, Any]:
+    """Return a rating that allows every voltage of a unit, for tests of other things than ratings.
+
+    ``test_ratings.py`` tests the refusals.
+    """
+    if protocol != "thorlabs_apt" or not has_rated(TDC001.facts, TDC001.facts.units[unit]):
+        return {}
+    return {"max_volts": 100_000}
 
 
 def facts_of(unit: str, protocol: str = "thorlabs_apt") -> Any:
@@ -96,14 +118,28 @@ def parts(cls: type) -> dict[str, type]:
 def calls(unit: str, package: str = "stagewire_apt") -> list[Call]:
     """Return every call of a unit that is generated from the registry, except those that are never sent.
 
-    Those that report or set limits of the controller come last: random limits refuse later targets.
+    Those that report or set limits of the controller come last: random limits refuse later targets. Short
+    forms of calls are in :func:`short_forms`.
     """
+    return [call for call in _calls(unit, package) if not call.argument]
+
+
+def short_forms(unit: str, package: str = "stagewire_apt") -> list[tuple[Call, Call]]:
+    """Return the calls of a unit with another argument than the message, each with its full call."""
+    found = _calls(unit, package)
+    return [
+        (short, full)
+        for short in found
+        if short.argument
+        for full in found
+        if not full.argument
+        and (full.part, full.kind, full.table) == (short.part, short.kind, short.table)
+    ]
+
+
+def _calls(unit: str, package: str) -> list[Call]:
     cls = getattr(import_module(f"{package}.devices"), unit)
-    found = (
-        Call(unit, part, name, kind, table)
-        for part, its in parts(cls).items()
-        for name, kind, table in _methods(its)
-    )
+    found = (call for part, its in parts(cls).items() for call in _methods(unit, part, its))
     sent = [call for call in found if not getattr(message_of(call).layout, "not_sent", "")]
     return sorted(sent, key=lambda call: _owner(call) in limiting(package.split("_", 1)[1]))
 
@@ -122,14 +158,28 @@ def _owner(call: Call) -> str:
     return name.replace("_SET_", "_").replace("_REQ_", "_")
 
 
-def _methods(cls: type) -> Iterator[tuple[str, str, Any]]:
+def _methods(unit: str, part: str, cls: type) -> Iterator[Call]:
     for name, function in inspect.getmembers(cls, inspect.isfunction):
         function = inspect.unwrap(function)
         names = function.__code__.co_names
         if name.startswith("_") or not names or names[0] not in KINDS:
             continue
         tables = function.__globals__[names[1]]
-        yield name, names[0], getattr(tables, names[2])
+        call = Call(unit, part, name, names[0], getattr(tables, names[2]))
+        takes = inspect.signature(function).parameters.keys() - {"self", "timeout"}
+        keywords = {keyword for given in givens(call) for keyword in given.keywords}
+        yield call if takes == keywords else replace(call, **_short_form(function))
+
+
+def _short_form(function: Callable[..., Any]) -> dict[str, str]:
+    """Return the only argument of a short form, and the keyword for its value in the full call."""
+    [definition] = ast.parse(textwrap.dedent(inspect.getsource(function))).body
+    [passed] = (
+        (node.value.id, node.arg)
+        for node in ast.walk(definition)
+        if isinstance(node, ast.keyword) and isinstance(node.value, ast.Name) and node.arg
+    )
+    return {"argument": passed[0], "keyword": passed[1]}
 
 
 def part_of(device: Any, part: str) -> Any:
@@ -214,11 +264,20 @@ def givens(call: Call) -> tuple[Any, ...]:
 
 
 def arguments(call: Call, draw: random.Random, protocol: str = "thorlabs_apt") -> dict[str, Any]:
-    """Return random arguments that are valid according to the registry: raw counts, and real numbers."""
+    """Return random arguments that are valid according to the registry: raw counts, and real numbers.
+
+    A short form takes a small value in its unit.
+    """
+    if call.argument:
+        return {call.argument: draw.randint(0, 50)}
     by_name = {
         field["name"]: field for field in fields_of(layouts(protocol)[message_of(call).__name__])
     }
-    return {given.keyword: _argument(by_name[given.field], draw) for given in givens(call)}
+    found = {given.keyword: _argument(by_name[given.field], draw) for given in givens(call)}
+    for given in givens(call):
+        if given.quantity == "output_volts":  # a larger share of the range exceeds every rating
+            found[given.keyword] = max(-FULL_SCALE, min(found[given.keyword], FULL_SCALE))
+    return found
 
 
 def _argument(field: Any, draw: random.Random) -> Any:

@@ -19,6 +19,8 @@ from stagewire_apt import messages as m
 
 HOST = 0x01
 STATUS = (m.MotGetDcStatusUpdate, m.MotGetStatusUpdate)
+ALLOWING = {m.LaGetStatusBits: ("status_bits", 0x0A)}
+"""Status -> its field, and the bits that are always set: the key switch is on, and the interlock closed."""
 Said = Iterable[tuple[float, bytes | None]]
 
 
@@ -106,7 +108,11 @@ class Parrot(Controller):
         key = (dest, cls, channel, *asked.values())
         if key not in self._state:
             fixed = {"chan_ident": channel, **asked}
-            self._state[key] = cls(**fields_at_random(cls, self._draw, **fixed))
+            values = fields_at_random(cls, self._draw, **fixed)
+            if cls in ALLOWING:
+                field, bits = ALLOWING[cls]
+                values[field] |= bits
+            self._state[key] = cls(**values)
         state = self._state[key]
         if cls in STATUS and (target := self._target(dest, channel)) is not None:
             return state.replace(position=target)

@@ -20,6 +20,7 @@ from proof_calls import (
     layouts,
     message_of,
     method,
+    rating,
     registry,
     units,
 )
@@ -107,7 +108,7 @@ def test_an_invalid_choice_is_refused_before_anything_is_sent(unit: str, side: S
 
     async def scenario(bench: Any) -> list[str]:
         wrong: list[str] = []
-        async with bench.open(unit, **OPTIONS) as device:
+        async with bench.open(unit, **OPTIONS, **rating(unit)) as device:
             controller.heard.clear()
             for call, given in named(unit):
                 field = field_of(call, given)
@@ -178,7 +179,7 @@ def test_members_names_and_integers_send_the_same_bytes(
         controller = Parrot(seed=4)
 
         async def scenario(bench: Any) -> None:
-            async with bench.open(call.unit, **OPTIONS) as device:
+            async with bench.open(call.unit, **OPTIONS, **rating(call.unit)) as device:
                 controller.heard.clear()
                 try:
                     limit = {} if call.kind == "_start" else {"timeout": 0.01}

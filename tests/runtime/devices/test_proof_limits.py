@@ -15,32 +15,17 @@ from proof_calls import (
     in_counts,
     in_units,
     method,
-    raised,
     units,
 )
 from proof_controller import Parrot
-from proof_limits import FAR_OUT, NO_NUMBERS, fault_of
+from proof_limits import FAR_OUT, NO_NUMBERS, fault_of, options_of
 from proof_line import SIDES, Side, settled
 
 from stagewire.errors import LimitError, OutOfRangeError, UnknownScaleError
-from stagewire_apt import TDC001, stages
+from stagewire_apt import stages
 
 TAKING = ("_set", "_change", "_tell", "_act", "_start", "_halt")
 MODERATE = (0, 1, 10, 20, 100, 1000)
-
-
-def options_of(unit: str) -> dict[str, Any]:
-    """Return all options that scales can depend on."""
-    facts = facts_of(unit)
-    options: dict[str, Any] = {"identify": False, "on_close": "leave"}
-    if facts["stages"]:
-        options["stage"] = getattr(stages, facts["stages"][0])
-        options |= raised(unit)
-    if facts.get("status") == "piezo":
-        options |= {"max_volts": 75, "max_travel_um": 100}
-    if {"drive_volts", "volts"} & {*TDC001.facts.units[unit].settable}:
-        options["max_volts"] = 100_000  # test_ratings.py tests values above a rating
-    return options
 
 
 def taking(unit: str) -> list[Call]:

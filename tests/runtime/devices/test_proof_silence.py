@@ -6,8 +6,9 @@ import random
 from typing import Any
 
 import pytest
-from proof_calls import Call, arguments, calls, facts_of, method, units
+from proof_calls import Call, arguments, calls, facts_of, method, rating, short_forms, units
 from proof_controller import Controller
+from proof_limits import options_of
 from proof_line import SIDES, FarEnd, Side, settled
 
 from stagewire.errors import MotionTimeoutError, ReplyTimeoutError
@@ -35,7 +36,9 @@ def test_every_call_ends_within_its_timeout(protocol: str, unit: str, side: Side
     async def scenario(bench: Any, call: Call) -> str:
         options: dict[str, Any] = {"on_close": "leave", "timeout": TIMEOUT}
         if protocol == "thorlabs_apt":
-            options |= {"identify": False, "travel_mm": None}
+            options |= {"identify": False, "travel_mm": None, **rating(unit)}
+        if call.argument:
+            options |= options_of(unit)
         async with bench.open(unit, package, **options) as device:
             if protocol == "asi_ms2000" and call.part == "axis":
                 await settled(device.switch_to_low_level())
@@ -56,7 +59,7 @@ def test_every_call_ends_within_its_timeout(protocol: str, unit: str, side: Side
 
     silence = [
         side.run(Silent(), lambda bench, call=call: scenario(bench, call))
-        for call in calls(unit, package)
+        for call in (*calls(unit, package), *(short for short, _ in short_forms(unit, package)))
     ]
     assert "\n".join(filter(None, silence)) == ""
 
