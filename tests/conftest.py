@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import logging
 from collections.abc import Generator
 
 import pytest
@@ -17,9 +18,16 @@ pytest_plugins = ["stagewire_virtual.pytest_plugin", "systems"]
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Collect tests without garbage collection, since nearly all new objects stay until the end."""
+    """Collect tests without garbage collection, since nearly all new objects stay until the end.
+
+    Importing pymmcore-plus lowers the level of the root logger, so that the debug messages of every package
+    are recorded: the level is restored.
+    """
+    root = logging.getLogger()
+    level = root.level
     gc.disable()
     result = yield
     gc.freeze()
     gc.enable()
+    root.setLevel(level)
     return result
