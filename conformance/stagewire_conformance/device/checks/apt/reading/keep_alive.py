@@ -119,7 +119,7 @@ def _on_usb(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 def _until_silent_on_usb(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     """Yield the same case, which is shorter if fewer messages are due."""
     for case in _on_usb(declared, allowed):
-        short = case.messages[0] in _DUE_OF
+        short = next(iter(case.messages)) in _DUE_OF
         yield replace(case, seconds=_SECONDS_OF_TEN if short else None)
 
 
