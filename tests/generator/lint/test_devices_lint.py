@@ -113,6 +113,67 @@ FRAMED = [
         "TP1Channel:",
         "SW022 the unit TP1Channel has the same name as a class for TP1",
     ),
+    (
+        TINY,
+        "{name: go}",
+        "{name: go, attribute: {name: place, value: mm}}",
+        "SW035 POS_MOVE: an attribute is a value with a unit of a parameter set",
+    ),
+    (
+        TINY,
+        "    tells: identity\n",
+        "    tells: identity\n    call: {attribute: {name: pass, value: mm_per_s}}\n",
+        "SW023 POS_SET_VELPARAMS: pass is reserved",
+    ),
+    (
+        TINY,
+        "{name: go}",
+        "{name: go, also: {lambda: place}}",
+        "SW023 POS_MOVE: lambda is reserved",
+    ),
+    (
+        TINY,
+        "{name: go}",
+        "{name: go, also: {go_to: from}}",
+        "SW023 POS_MOVE: from is reserved",
+    ),
+    (
+        TINY,
+        "{load: 7}}",
+        "{load: 7}, also: {say: text}}",
+        "SW035 POS_ECHO: no form has only one value, which say would take",
+    ),
+]
+# for the classes of a family: their entries, and the expected diagnostic
+CLASSES = [
+    (
+        "{methods: {go_to: POS_GO}}",
+        "SW021 families.plain.classes.methods.go_to: unknown message POS_GO",
+    ),
+    (
+        "{methods: {class: POS_MOVE}}",
+        "SW023 families.plain.classes.methods: the method name class is reserved",
+    ),
+    (
+        "{channel: lambda}",
+        "SW023 families.plain.classes.methods: the method name lambda is reserved",
+    ),
+    (
+        "{without: {POS_GO: it is slow}}",
+        "SW021 families.plain.classes.without.POS_GO: unknown message POS_GO",
+    ),
+    (
+        "{enabling: {set: POS_SPEED, field: wait, source: a driver}}",
+        "SW021 families.plain.classes.enabling.field: POS_SPEED has no field wait with an enumeration",
+    ),
+    (
+        "{enabling: {set: POS_VELPARAMS, field: wait, source: a driver}}",
+        "SW021 families.plain.classes.enabling.field: POS_VELPARAMS has no field wait with an enumeration",
+    ),
+    (
+        "{enabling: {set: POS_VELPARAMS, field: chan_ident, channels: {BOTH: [1, 2]}, source: a driver}}",
+        "SW021 families.plain.classes.enabling.channels.BOTH: chan_ident has no value BOTH",
+    ),
 ]
 # for a setting in us: the sets and fields that give its value, and the expected diagnostic
 SETTINGS = [
@@ -172,6 +233,24 @@ def test_wrong_facts_of_a_message_are_reported(
     spec: Path, file: str, old: str, new: str, text: str
 ) -> None:
     assert any(text in line and file in line for line in diagnostics(spec, file, old, new))
+
+
+@pytest.mark.parametrize(("classes", "text"), CLASSES)
+def test_wrong_facts_about_device_classes_of_a_family_are_reported(
+    spec: Path, classes: str, text: str
+) -> None:
+    file, old = "tiny/units.yaml", "    note: a guess\n"
+    [line] = diagnostics(spec, file, old, f"{old}    classes: {classes}\n")
+    assert text in line
+    assert line.startswith(f"{file}:8:")
+
+
+def test_a_parameter_set_can_be_left_out_of_device_classes(spec: Path) -> None:
+    path = spec / "tiny/units.yaml"
+    text, note = path.read_text(encoding="utf-8"), "    note: a guess\n"
+    classes = "    classes: {without: {POS_VELPARAMS: it is slow}, methods: {go_to: POS_MOVE}}\n"
+    path.write_text(text.replace(note, note + classes), encoding="utf-8")
+    check(spec)
 
 
 @pytest.mark.parametrize(("file", "old", "new", "text"), COMMANDS)
