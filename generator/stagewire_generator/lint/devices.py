@@ -107,10 +107,11 @@ def _attribute(message: Message, diagnostics: Diagnostics) -> None:
 
 
 def _defaults(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:
-    name = message.call.get("name", "")
-    if keyword.iskeyword(name):
-        what = f"{message.name}: the method name {name} is reserved"
-        diagnostics.add(message.place, "SW023", what)
+    for key in ("name", "reading"):
+        name = message.call.get(key, "")
+        if keyword.iskeyword(name):
+            what = f"{message.name}: the method name {name} is reserved"
+            diagnostics.add(message.place, "SW023", what)
     _attribute(message, diagnostics)
     for name, argument in message.call.get("also", {}).items():
         counts = {sum(f.role == "value" for f in x.all_fields) for x in message.layouts}

@@ -127,6 +127,12 @@ FRAMED = [
     ),
     (
         TINY,
+        "    tells: identity\n",
+        "    tells: identity\n    call: {reading: pass}\n",
+        "SW023 POS_SET_VELPARAMS: the method name pass is reserved",
+    ),
+    (
+        TINY,
         "{name: go}",
         "{name: go, also: {lambda: place}}",
         "SW023 POS_MOVE: lambda is reserved",
