@@ -153,14 +153,14 @@ GENERIC = (
         "TLS001 KLS635",
         takes("LA_ACK_STATUSUPDATE", dropped),
         ("keep-alive",),
-        "keep-alive-counts-status",
+        "laser-keep-alive",
     ),
     F(
         "A TTC001 ignores keep-alive messages",
         "TTC001",
         takes("TEC_ACK_STATUSUPDATE", dropped),
         ("keep-alive",),
-        "keep-alive-counts-status",
+        "tec-keep-alive",
     ),
     F(
         "A KPA101 ignores keep-alive messages",

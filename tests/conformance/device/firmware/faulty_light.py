@@ -148,7 +148,7 @@ def _own(
 
 
 LASERS = (
-    _own("A laser is on at power-on", _LIGHT, _OnAtPowerOn, _ON, result=Result.INFO),
+    _own("A laser is on at power-on", _LIGHT, _OnAtPowerOn, _ON, result=Result.NOT_RUN),
     _taken("A laser cannot be switched off", _LIGHT, _OFF, _dropped),
     _taken("A laser cannot be switched on", _LIGHT, _ON, _dropped),
     _taken("A set point switches a laser on", _LIGHT, _POINT, _then_on),

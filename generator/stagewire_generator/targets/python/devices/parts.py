@@ -237,7 +237,10 @@ def parts_of(plan: Plan) -> Parts:
         )
         for name, entry in entries.items()
     )
-    names = _method_names([c.parts for unit in units for c in unit.classes], new)
+    classes = [c.parts for unit in units for c in unit.classes]
+    names = _method_names(classes, new)
+    used = {id(part) for taken in classes for part in taken}  # a family may leave some out
+    parts = tuple(part for part in parts if id(part) in used)
     return Parts(parts, tuple(_with_stops(unit, names) for unit in units), names)
 
 
