@@ -167,7 +167,7 @@ GENERIC = (
         "KPA101",
         takes("QUAD_ACK_STATUSUPDATE", dropped),
         ("keep-alive",),
-        "keep-alive-counts-status",
+        "quad-keep-alive",
     ),
     F(
         "A KNA101 sends its gain in the other byte order",

@@ -219,6 +219,17 @@ KEEP_ALIVE = (
         "A laser answers its keep-alive", ("LA_ACK_STATUSUPDATE", "LD_ACK_STATUSUPDATE"), _LASERS
     ),
     _answered("A TEC answers its keep-alive", ("TEC_ACK_STATUSUPDATE",), _TEC),
+    _answered(
+        "A NanoTrak answers its keep-alive", ("PZ_ACK_NTSTATUSUPDATE",), ("TNA001", "KNA101")
+    ),
+    _answered(
+        "A position aligner answers its keep-alive",
+        ("QUAD_ACK_STATUSUPDATE",),
+        ("KPA101", "TPA101"),
+    ),
+    _answered(
+        "An inertial drive answers its keep-alive", ("PZMOT_ACK_STATUSUPDATE",), ("KIM101", "PDXC2")
+    ),
 )
 
 SHUTTERS = (

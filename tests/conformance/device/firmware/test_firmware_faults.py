@@ -60,7 +60,9 @@ def names(outcome: Outcome, message: str) -> bool:
 def judge(defect: Defect | CommandDefect, about: str, report: Report) -> None:
     """Require a finding by one of the right kinds, or by a check that one of them refers to."""
     assert not report.unfinished, report.unfinished
-    if defect.result is Result.NOT_RUN:  # its checks are left out, and the report begins with the reason
+    if (
+        defect.result is Result.NOT_RUN
+    ):  # its checks are left out, and the report begins with the reason
         left_out = [check for check, why in report.not_run if " was on when " in why]
         assert any(check.kind and check.kind.name in defect.found_by for check in left_out)
         return

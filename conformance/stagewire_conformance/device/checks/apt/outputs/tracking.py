@@ -129,7 +129,7 @@ class _NanoTrak:
                 now.mode == _AXES[mode],
                 f"{self.text}: after PZ_SET_NTMODE with the mode {mode}, PZ_GET_NTMODE has the axes "
                 f"{now.mode}; expected {_AXES[mode]}",
-                rule="nanotrak-mode-returned",
+                rule="nanotrak-mode-set",
                 cause=Cause("PZ_SET_NTMODE", EFFECT),
             )
 

@@ -68,7 +68,9 @@ _OF_SIGN: Final = {
     "LA_ACK_STATUSUPDATE": "laser-keep-alive",
     "LD_ACK_STATUSUPDATE": "laser-keep-alive",
     "TEC_ACK_STATUSUPDATE": "tec-keep-alive",
+    "PZ_ACK_NTSTATUSUPDATE": "nanotrak-keep-alive",
     "PZMOT_ACK_STATUSUPDATE": "pzmot-keep-alive",
+    "QUAD_ACK_STATUSUPDATE": "quad-keep-alive",
 }
 
 KIND = Kind(
@@ -81,7 +83,9 @@ KIND = Kind(
         "piezo-keep-alive-counts-status",
         "laser-keep-alive",
         "tec-keep-alive",
+        "nanotrak-keep-alive",
         "pzmot-keep-alive",
+        "quad-keep-alive",
     ),
 )
 
@@ -93,7 +97,9 @@ REPLY = Kind(
         "piezo-keep-alive-no-response",
         "laser-keep-alive",
         "tec-keep-alive",
+        "nanotrak-keep-alive",
         "pzmot-keep-alive",
+        "quad-keep-alive",
     ),
 )
 
