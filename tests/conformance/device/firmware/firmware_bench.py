@@ -119,7 +119,7 @@ def _rack() -> Bench:
     def make(seed: int = 0) -> VirtualController:
         return stagewire_virtual.rack("MST601", None, "MPZ601", seed=seed)
 
-    return Bench(pics, "0..100000counts", make)
+    return Bench(pics, "0..20000counts", make)
 
 
 def _with_an_empty_bay() -> Bench:
