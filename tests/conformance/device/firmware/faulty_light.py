@@ -29,12 +29,19 @@ def _plain(name: str) -> bytes:
 
 
 def _taken(
-    name: str, found_by: str, message: str, change: Change, units: Sequence[str] = _LASERS
+    name: str,
+    found_by: str,
+    message: str,
+    change: Change,
+    units: Sequence[str] = _LASERS,
+    ends: str = "",
 ) -> Defect:
     """Return a defect in the effect of a message."""
-    return Defect(
-        1, name, of(found_by), lambda draw: (Takes(named(message), change), message), units
-    )
+
+    def make(draw: Draw) -> tuple[Firmware, str]:
+        return Takes(named(message), change), message
+
+    return Defect(1, name, of(found_by), make, units, ends=ends)
 
 
 def _said(
@@ -149,7 +156,8 @@ def _own(
 
 LASERS = (
     _own("A laser is on at power-on", _LIGHT, _OnAtPowerOn, _ON, result=Result.NOT_RUN),
-    _taken("A laser cannot be switched off", _LIGHT, _OFF, _dropped),
+    _taken("A laser cannot be switched off", _LIGHT, _OFF, _dropped,
+           ends="the output of 0x50 is still on after it was switched off"),
     _taken("A laser cannot be switched on", _LIGHT, _ON, _dropped),
     _taken("A set point switches a laser on", _LIGHT, _POINT, _then_on),
     _taken("A set point of a laser is not kept", _LIGHT, _POINT, _dropped),

@@ -73,6 +73,7 @@ class CommandDefect:
     found_by: frozenset[str]
     make: Callable[[Random], tuple[CommandFirmware, str]]
     result: Result = Result.FAIL
+    ends: str = ""
 
     def draw(self, number: int) -> tuple[str, CommandFirmware, str]:
         """Return a unit, the firmware, and the command that the check must name; empty for any."""

@@ -40,6 +40,7 @@ class Defect:
         for any message.
     :param units: the benches that can have it; empty for all.
     :param result: its severity.
+    :param ends: why the run ends early because of it; empty for a run to the end.
     """
 
     seed: int
@@ -48,6 +49,7 @@ class Defect:
     make: Callable[[Draw], tuple[Firmware, str]]
     units: Sequence[str] = ()
     result: Result = Result.FAIL
+    ends: str = ""
 
     def draw(self, number: int) -> Drawn:
         """Return the defect on a unit and in a message, selected by its seed and the number of the draw."""
