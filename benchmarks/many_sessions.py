@@ -18,7 +18,7 @@ import time
 from dataclasses import dataclass
 
 from measure import holds
-from virtual_soak import PERIOD, kinds, serving
+from virtual_soak import PERIOD, channels_in_updates, kinds, serving
 
 from stagewire.links import open_async_link
 from stagewire.protocols import FramedMessage
@@ -41,7 +41,7 @@ class Host:
         facts = unit.facts
         self.session = session
         self.address = 0x50 if facts["address"] == "generic_usb" else 0x21
-        self.received = dict.fromkeys(range(1, facts["channels"] + 1), 0)
+        self.received = dict.fromkeys(channels_in_updates(unit), 0)
         starts = unit.message("HW_START_UPDATEMSGS")["exchange"]["starts"]
         self.updates = session.subscribe(
             tuple(class_of(unit, name) for name in starts if name in unit.messages),
@@ -59,7 +59,7 @@ class Host:
     async def listen(self) -> None:
         """Count the updates."""
         async for event in self.updates:
-            self.received[event.raw[6]] += 1
+            self.received[0 if 0 in self.received else event.raw[6]] += 1
 
 
 @dataclass(frozen=True)

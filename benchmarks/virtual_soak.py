@@ -38,6 +38,7 @@ from stagewire_virtual.instrument import Unit, units_of
 from stagewire_virtual.options import Options
 from stagewire_virtual.serving.endpoints import TcpEndpoint
 from stagewire_virtual.serving.server import Server
+from stagewire_virtual.thorlabs_apt.facts import class_of
 
 PERIOD = 0.1
 FEW = 16  # also the size of a group
@@ -61,11 +62,14 @@ def updates_of(unit: Unit) -> frozenset[int]:
     return frozenset(unit.message(name)["id"] for name in starts if name in unit.messages)
 
 
-def names_channel(unit: Unit) -> bool:
-    """Return whether the updates of a unit name a channel; else one update is for all channels."""
+def channels_in_updates(unit: Unit) -> list[int]:
+    """Return the values that name a channel in the updates of a unit; 0 if an update is for all channels."""
     starts = unit.message("HW_START_UPDATEMSGS")["exchange"]["starts"]
-    [status] = [name for name in starts if name in unit.messages]
-    return "chan_ident" in PROTOCOL.message_class(status, "data").layout.fields
+    updates = [class_of(unit, name) for name in starts if name in unit.messages]
+    if not all("chan_ident" in update.layout.fields for update in updates):
+        return [0]
+    bits = "channel_idents" in unit.facts
+    return [1 << index if bits else index + 1 for index in range(unit.facts["channels"])]
 
 
 # The process that serves
@@ -104,8 +108,7 @@ class Listener(asyncio.Protocol):
             self.alive = PROTOCOL.message_class(unit.facts["keep_alive"])().pack(self.address, HOST)
         self.expected = updates_of(unit)
         self.framer = PROTOCOL.framer(End.HOST)
-        channels = range(1, unit.facts["channels"] + 1) if names_channel(unit) else [0]
-        self.arrivals: dict[int, list[float]] = {channel: [] for channel in channels}
+        self.arrivals: dict[int, list[float]] = {each: [] for each in channels_in_updates(unit)}
 
     def connection_made(self, transport: Any) -> None:
         """Record the connection."""

@@ -14,8 +14,8 @@ pytestmark = pytest.mark.matrix
 PROGRAMS = {
     "endurance": (["--hours", "0.05", "--quick"], "10 axes for 0.05 h: 18,000 updates"),
     "many_sessions": (
-        ["--controllers", "32", "--seconds", "2", "--quick"],
-        "32 sessions in one process",
+        ["--controllers", "96", "--seconds", "2", "--quick"],
+        "96 sessions in one process",
     ),
     "threads": (["--calls", "200"], "8 threads x 200 calls with a reader thread: 0 mispaired"),
 }
