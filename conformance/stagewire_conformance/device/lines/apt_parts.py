@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol
 
 from stagewire.protocols import FramedMessage
+from stagewire_apt.enumerations import SolenoidState
 from stagewire_conformance.device.causes import DELIVERY, MOTION_AT_REST, Cause, silence
 from stagewire_conformance.device.lines.dialogue import addressed_text
 from stagewire_conformance.device.lines.motions import STATUS_BITS, Ending, Moved, reports_motion
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.targets import Target
 
+_SOLENOID: Final = "MOT_REQ_SOL_STATE"
 _SIGHT: Final = 0.5
 """Seconds to wait for the status of a motor that is brought to rest."""
 
@@ -74,16 +77,34 @@ class AptParts:
             Measure(ending.text, partial(self._end, ending, place, name), ending.disables)
             for ending in self._moved.endings(place, channel)
         ]
+        if _SOLENOID in place.messages:
+            return self._solenoid(
+                Part(name, tuple(measures), None, active="switched on"), place, channel
+            )
         query = place.unit.status_query
         if query is None or query.req is None or getattr(query, "effect", "") == "counter":
-            return Part(name, tuple(measures), None)
+            return Part(name, tuple(measures), None, active="switched on")
         request = self._line.declared.make(query.req.layout.message, channel)
         exchange = self._line.declared.registry.messages[request.layout.message]["exchange"]
         replies = tuple(exchange["answered_by"])
         silent = (silence(place.name), *(Cause(status, DELIVERY) for status in replies))
         stuck = tuple(Cause(status, MOTION_AT_REST) for status in replies)
         listed = request.layout.message in place.messages
-        return Part(name, tuple(measures), self._look(place, request), silent, stuck, listed)
+        look = self._look(place, request)
+        active = "moving" if look else "switched on"
+        return Part(name, tuple(measures), look, silent, stuck, listed, active)
+
+    def _solenoid(self, part: Part, place: Target, channel: int) -> Part:
+        """Return the part of a solenoid, whose state is requested."""
+        request = self._line.declared.make(_SOLENOID, channel)
+
+        def look() -> Sighting | None:
+            heard = self._line.ask(request, place.address, _SIGHT)
+            if heard is None:
+                return None
+            return Sighting(heard.time, 0, heard.message.state != SolenoidState.SOLENOID_OFF)
+
+        return replace(part, look=look, silent=(silence(place.name),))
 
     def _end(self, ending: Ending, place: Target, name: str) -> None:
         host = self._line.declared.framed.host

@@ -304,8 +304,9 @@ class GuardedLink(ABC):
         for part in self.parts():
             for measure in part.measures[1:]:
                 measure.take()
-            what = "moving" if part.look else "switched on"
-            self.adrift.append(Adrift(f"{part.name} may still be {what}: {why}", blames=False))
+            self.adrift.append(
+                Adrift(f"{part.name} may still be {part.active}: {why}", blames=False)
+            )
         self._rests = not self.adrift
 
     def _starts(self) -> None:

@@ -67,11 +67,12 @@ class Part:
 
     :param name: such as ``0x50 channel 1``.
     :param measures: the mildest first.
-    :param look: returns its state, or None without an answer. None for a part without a position, such as a
-        solenoid: it is at rest after its first measure.
+    :param look: returns its state, or None without an answer. None for a part whose state cannot be read,
+        such as a waveform: it is at rest after its first measure.
     :param silent: the defects with which it does not answer.
     :param stuck: the defects with which it reports motion at rest.
     :param listed: whether the PICS lists the request of its state as supported.
+    :param active: what it is when it is not at rest: ``moving``, or ``switched on`` without a position.
     """
 
     name: str
@@ -80,6 +81,7 @@ class Part:
     silent: tuple[Cause, ...] = ()
     stuck: tuple[Cause, ...] = ()
     listed: bool = True
+    active: str = "moving"
 
     def if_seen(self, now: Callable[[], float]) -> Part:
         """Return the part, with a missing answer counted as rest."""
@@ -188,9 +190,14 @@ class _Watched:
         """The description of a part that is not at rest."""
         taken = ", ".join(each.text for each in self.part.measures[: self.taken])
         if self.unanswered or not self.seen:
-            text = f"{self.part.name} may still be moving: it does not answer after {taken}"
+            text = f"{self.part.name} may still be {self.part.active}: it does not answer after {taken}"
             return Adrift(text, because=self.part.silent)
         last = self.seen[-1]
+        if self.part.active != "moving":
+            return Adrift(
+                f"{self.part.name} is still {self.part.active} after {taken}",
+                because=self.part.stuck,
+            )
         first = next(each for each in self.seen if last.time - each.time <= 2 * _HALF)
         speed = abs(last.position - first.position) / max(last.time - first.time, _POLL)
         because: tuple[Cause, ...] = ()
