@@ -105,7 +105,6 @@ CASES = (
     Case(
         "KIM001",
         KIM001,
-        {"identify": False},
         silent=frozenset(("get_home_params", "get_lim_switch_params", "get_status_update")),
         known={"counter follows": COUNTER},
     ),

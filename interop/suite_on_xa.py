@@ -24,7 +24,9 @@ from xa_simulator import (
     BBD303,
     BPC301,
     KDC101,
+    KIM001,
     KIM101,
+    KNA101,
     KPC101,
     KSC101,
     KST201,
@@ -65,7 +67,10 @@ VERSION = {
     "identification/*": "the fourth byte of its software version is not 0 (Issue 37, page 52)"
 }
 UPDATES = {
-    "keep-alive": "it continues after 65 updates without a keep-alive message (Issue 37, page 130)"
+    "keep-alive": "it continues after 65 updates without a keep-alive message (pages 130, 280 and 406)"
+}
+STEP_RATE = {
+    "answers/*/PZMOT_REQ_DRIVEOPPARAMS/1": "its step rate is 10000; the document allows 1 to 2000"
 }
 LIMITS = {
     "answers/*/MOT_REQ_LIMSWITCHPARAMS/1": "software limit mode 0 (Issue 37, page 79)",
@@ -118,9 +123,18 @@ CASES = (
         known={
             "truncated/*": BYTES["truncated/*"],
             "identification/*": "it answers HW_REQ_INFO once for itself and once for each channel",
-            "answers/*/PZMOT_REQ_DRIVEOPPARAMS/1": "its step rate is 10000, above the range of the document",
+            **STEP_RATE,
             "answers/*/PZMOT_REQ_KCUBETRIGIOCONFIG": "it answers once for each channel",
             "updates/start-stop": "it sends PZMOT_GET_STATUSUPDATE, not the status of page 28",
+        },
+    ),
+    Case(
+        "KIM001",
+        KIM001,
+        known={
+            **BYTES,
+            **UPDATES,
+            **STEP_RATE,
         },
     ),
     Case(
@@ -151,6 +165,15 @@ CASES = (
             "identification/*": "the model number is empty (Issue 37, page 52)",
             "answers/*/PZ_REQ_OUTPUTLUTPARAMS/1": "cycles and delay are 0, which the document excludes",
             "readback/*/PZ_SET_OUTPUTLUTPARAMS/1": "cycles and delay are 0, which the document excludes",
+        },
+    ),
+    Case(
+        "KNA101",
+        KNA101,
+        known={
+            **BYTES,
+            **UPDATES,
+            "answers/*/PZ_REQ_NTSTATUSUPDATE/1": "its relative signal is 32768, above the range (page 277)",
         },
     ),
     Case(

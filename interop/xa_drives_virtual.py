@@ -110,10 +110,10 @@ CASES = (
     ),
     Case(
         "KIM001",
-        98000001,
+        74000001,
         "Kim001",
         moves=False,
-        known={OPENS: "its prefix is not known; with another one, the SDK finds no device"},
+        known={"get_dc_pid_params": "the SDK does not support this call on a KIM001"},
     ),
     Case("BPC301", 41000001, "Bpc301", moves=False),
     Case("KPC101", 113000001, "Kpc101", moves=False),

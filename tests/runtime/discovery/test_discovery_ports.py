@@ -50,13 +50,20 @@ def test_a_unit_newer_than_the_document_is_described_as_newer() -> None:
     assert str(by_name(APT, "K10CR2")) == text
 
 
-def test_a_unit_of_the_later_issue_is_described_like_any_other(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("serial_number", "unit", "title"),
+    [
+        ("27250000", "KDC101", "One-channel K-Cube DC servo driver"),
+        ("74250000", "KIM001", "One-channel K-Cube inertial motor controller"),
+    ],
+)
+def test_a_unit_of_a_later_document_is_described_like_any_other(
+    serial_number: str, unit: str, title: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    show(monkeypatch, linux("/dev/ttyUSB0", "27250000"))
+    show(monkeypatch, linux("/dev/ttyUSB0", serial_number))
     [found] = stagewire.discover()
-    assert found.unit == "KDC101"
-    assert found.what == "KDC101: One-channel K-Cube DC servo driver"
+    assert found.unit == unit
+    assert found.what == f"{unit}: {title}"
 
 
 def test_units_that_share_a_prefix_are_both_named(monkeypatch: pytest.MonkeyPatch) -> None:

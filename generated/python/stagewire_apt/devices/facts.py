@@ -7169,6 +7169,7 @@ UNITS: dict[str, Unit] = {
         status="stepper",
         keep_alive=m.PzmotAckStatusUpdate,
         update_rate_hz=10,
+        prefixes=(74,),
         pause_ms=50,
         pause_source="as for the T-Cubes, for which public drivers wait 3 to 200 ms",
         moving={

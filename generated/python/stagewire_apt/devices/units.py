@@ -2550,7 +2550,7 @@ class KIM001(_KIM001Calls):
     inertial_kcube_single: No list is printed. The messages that pages 381 to 401 of Issue 37 assign
     to the KIM001 and KIM101, and those that the vendor's XA software sends to a simulated KIM001.
 
-    Its prefix is not known. Its moves are those of the KIM101.
+    Its moves are those of the KIM101.
 
     Evidence: vendor program.
     """
