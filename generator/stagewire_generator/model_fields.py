@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 from stagewire_generator.diagnostics import Place
 from stagewire_generator.model_scales import Quantity
@@ -85,6 +85,10 @@ class FlagBit:
     def mask(self) -> int:
         """The bit as a mask."""
         return 1 << self.bit
+
+
+NO_BITS: Final = "none"
+"""Name of a value without any bit of a table."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import rules_of
 from stagewire_generator.model import Json, Message, Protocol
-from stagewire_generator.model_fields import Enumeration, Field
+from stagewire_generator.model_fields import NO_BITS, Enumeration, Field
 from stagewire_generator.strict_yaml import Document
 
 
@@ -139,6 +139,11 @@ def _names(table: Enumeration | None) -> list[str]:
     return [value.name for value in table.values] if table else []
 
 
+def _bits(field: Field) -> tuple[str, ...]:
+    """Return the names of the bits of a field, and that of their absence."""
+    return (*(bit.name for bit in field.flags.bits), NO_BITS) if field.flags else ()
+
+
 def _halts(
     protocol: Protocol, message: Message, messages: dict[str, Message], diagnostics: Diagnostics
 ) -> None:
@@ -262,11 +267,13 @@ def _wrong(
             yield "SW021", f"{where}: {state['field']} has no value {name}"
     values = teller.get("values", {})
     for name in values:
-        if name not in _names(field.enum):
+        if name not in (*_names(field.enum), *_bits(field)):
             yield "SW021", f"{where}: {field.name} has no value {name}"
     if quantity:
         if unit or not field.quantity or field.quantity.name != quantity:
             yield "SW037", f"{where} is a {quantity} in counts, but {field.name} or its unit is not"
+        return
+    if unit and values and set(values) == set(_bits(field)):
         return
     if not field.enum and not unit:
         yield "SW037", f"{where} has no unit, so {field.name} requires an enumeration"

@@ -379,17 +379,14 @@ class Connection(Generic[T]):
         """Return how a user can make each setting known."""
         ways: dict[str, str] = {}
         for setting, told in self.facts.telling(self.unit):
-            option = SETTINGS.get(setting.name)
             asked = told.req or told.set
-            parts = [f"pass {option}= to open"] if option else []
             if asked is not None and asked.layout.message in self.unit.messages:
-                parts.append(f"send {asked.layout.message}")
-            if parts:
-                ways[setting.name] = " or ".join(parts)
-        for name, option in SETTINGS.items():
-            ways.setdefault(name, f"pass {option}= to open")
-        for name in settable(self.facts, self.unit):
-            ways.setdefault(name, f"pass settings={{{name!r}: …}} to open")
+                ways[setting.name] = f"send {asked.layout.message}"
+        options = {name: f"{option}=" for name, option in SETTINGS.items()}
+        options |= {name: f"settings={{{name!r}: …}}" for name in settable(self.facts, self.unit)}
+        for name, option in options.items():
+            sent = f" or {ways[name]}" if name in ways else ""
+            ways[name] = f"pass {option} to open{sent}"
         return ways
 
     # Unsolicited messages

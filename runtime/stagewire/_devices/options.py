@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, TypedDict
 
 from stagewire._devices.limits import Ceiling
-from stagewire._devices.ratings import SETTING as RATED
 from stagewire._devices.ratings import has_rated
 from stagewire._devices.scales import ByStage, settings_of
 from stagewire._devices.stated_limits import (
@@ -35,8 +34,8 @@ from stagewire.quantities import (
 
 __all__ = ["SETTINGS", "Choices", "Length", "OpenOptions", "check_guest", "choose", "settable"]
 
-SETTINGS: Final = {"maximum_volts": "max_volts", "maximum_travel": "max_travel_um"}
-"""Setting that ``open`` accepts -> its keyword."""
+SETTINGS: Final = {"maximum_travel": "max_travel_um"}
+"""Setting with a keyword of its own in ``open`` -> the keyword."""
 
 Length: TypeAlias = Number | tuple[Number, Number]
 
@@ -189,9 +188,12 @@ def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
     """Raise an error for an option that would have no effect on this unit."""
     depended_on = _depended_on(facts, unit)
     for setting, option in SETTINGS.items():
-        rated = setting == RATED and has_rated(facts, unit)
-        if given.get(option) is not None and setting not in depended_on and not rated:
+        if given.get(option) is not None and setting not in depended_on:
             raise BadValueError(f"{option}: no value of a {unit.name} depends on it; leave it out")
+    if given.get("max_volts") is not None and not has_rated(facts, unit):
+        raise BadValueError(
+            f"max_volts: a {unit.name} sets no voltage at an actuator; leave it out"
+        )
     for option in TOLERANCES.values():
         if given.get(option) is not None and POSITION not in unit.quantities:
             raise BadValueError(f"{option}: a {unit.name} does not report positions; leave it out")

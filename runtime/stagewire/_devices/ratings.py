@@ -1,10 +1,13 @@
 """The voltage that an actuator withstands, and the voltages that calls may send.
 
 The user passes the rating of the actuator to ``open`` as ``max_volts``. Nothing above it is sent: no output
-voltage, no drive voltage, and no range or limit of the controller above it. Without a rating, the limit that
-the controller itself has set counts as the rating: voltages are shares of it, so none exceeds it, but it is
-not raised. A drive voltage without such a limit is not raised above the one that the controller holds, or
-above the lowest that the field accepts.
+voltage, no drive voltage, and no range or limit of the controller above it. The rating is never used as a
+scale: output voltages are shares of the maximum output voltage of the controller, and if that is unknown, no
+output other than 0 can be compared with the rating, and is refused.
+
+Without a rating, the limit that the controller itself has set counts as the rating: voltages are shares of
+it, so none exceeds it, but it is not raised. A drive voltage without such a limit is not raised above the one
+that the controller holds, or above the lowest that the field accepts.
 """
 
 from __future__ import annotations
@@ -14,8 +17,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Final
 
+from stagewire._codec.flags import Flags
 from stagewire._codec.message import Message
-from stagewire._devices.scales import Scales, ToldValue, settings_of
+from stagewire._devices.scales import ByCase, Scales, ToldValue, settings_of
 from stagewire._devices.tables import Given
 from stagewire._devices.unit import Facts, Told, Unit
 from stagewire.errors import LimitError, UnknownScaleError
@@ -53,7 +57,8 @@ class Rating:
 
         :param held: values that the controller holds, which may stay as they are.
 
-        Raise :class:`~stagewire.errors.LimitError`.
+        Raise :class:`~stagewire.errors.LimitError`, and :class:`~stagewire.errors.UnknownScaleError` for a
+        value that cannot be compared with the rating.
         """
         for entry in entries:
             if entry.field not in fields or fields[entry.field] == held.get(entry.field):
@@ -61,11 +66,16 @@ class Rating:
             name, raw = f"{what}: {entry.field}", fields[entry.field]
             told = self._limit(message, entry)
             if told is not None:
-                self._check(name, _told_volts(told, raw), scales.settings.get(SETTING))
+                self._check(name, _told_volts(told, raw), _unrated(told, entry, scales))
             elif is_rated(self.facts, entry.quantity):
-                scale = _scale(entry, scales)
+                try:
+                    scale = _scale(entry, scales)
+                except UnknownScaleError:
+                    if self.volts is None or raw == 0:
+                        continue  # a share of the limit of the controller, which is not raised
+                    raise UnknownScaleError(self._incomparable(name, scales)) from None
                 if scale is None:
-                    continue  # a share of the limit of the controller, which is not raised without a rating
+                    continue
                 if self.volts is None:
                     if entry.quantity in _ALONE:
                         self._check(name, scale.from_counts(raw), _free(entry, held, scale))
@@ -79,14 +89,24 @@ class Rating:
                 return told
         return None
 
+    def _incomparable(self, name: str, scales: Scales) -> str:
+        """Return why a share of the maximum output voltage is refused while that voltage is unknown."""
+        assert self.volts is not None
+        way = scales.ways.get(SETTING, "")
+        return (
+            f"{name} cannot be compared with the rating of the actuator, {_shown(self.volts)} (set by "
+            f"max_volts), because the maximum output voltage of the controller is unknown; nothing was sent. "
+            f"{way[:1].upper()}{way[1:]}"
+        )
+
     def _check(self, name: str, volts: Fraction | None, free: ToldValue | None) -> None:
         """Check one voltage.
 
-        :param volts: None if it is unknown, and so sets no limit.
+        :param volts: None if the document does not state it.
         :param free: voltage up to which no rating is needed; None: none.
         """
         if volts is None:
-            return
+            raise LimitError(f"{name}: the voltage of this value is unknown; nothing was sent")
         if self.volts is not None:
             if abs(volts) > self.volts:
                 raise LimitError(
@@ -112,12 +132,13 @@ def is_rated(facts: Facts, quantity: str) -> bool:
 
 
 def has_rated(facts: Facts, unit: Unit) -> bool:
-    """Return whether a unit has messages that set a voltage at an actuator."""
-    return any(is_rated(facts, quantity) for quantity in unit.settable)
+    """Return whether a unit has messages that set a voltage at an actuator, or its range."""
+    ranges = (told.set for setting, told in facts.telling(unit) if setting.name == SETTING)
+    return any(ranges) or any(is_rated(facts, quantity) for quantity in unit.settable)
 
 
 def _told_volts(told: Told, raw: int) -> Fraction | None:
-    """Return the maximum output voltage that a value of a field sets; None if it has no number."""
+    """Return the maximum output voltage that a value of a field sets; None if it is unknown."""
     if told.scale is not None:
         return told.scale.from_counts(raw)
     found = (told.values or {}).get(raw)
@@ -125,14 +146,27 @@ def _told_volts(told: Told, raw: int) -> Fraction | None:
 
 
 def _scale(entry: Given, scales: Scales) -> Scale | None:
-    """Return the scale of a value in volts; None if it is unknown or the value is not a voltage now."""
+    """Return the scale of a value in volts; None if the value is not a voltage now.
+
+    Raise :class:`~stagewire.errors.UnknownScaleError` if the scale is unknown.
+    """
+    rule = scales.rules[entry.quantity]
+    now = scales.settings.get(rule.setting) if isinstance(rule, ByCase) else None
     for _, unit, case in entry.ways:
-        if unit == _VOLT:
-            try:
-                return scales.of(entry.quantity, unit, case)
-            except UnknownScaleError:
-                continue
+        if unit == _VOLT and (now is None or now.value == case):
+            return scales.of(entry.quantity, unit, case)
     return None
+
+
+def _unrated(told: Told, entry: Given, scales: Scales) -> ToldValue | None:
+    """Return the range up to which no rating is needed; None: unknown.
+
+    Bits set the range of several channels, each of which would be raised on its own.
+    """
+    if told.values and entry.choices is not None and issubclass(entry.choices, Flags):
+        lowest = min(Fraction(volts) for volts in told.values.values())
+        return ToldValue(lowest, _VOLT, "the lowest that the controller accepts")
+    return scales.settings.get(SETTING)
 
 
 def _free(entry: Given, held: Mapping[str, Any], scale: Scale) -> ToldValue | None:

@@ -14,7 +14,8 @@ from importlib import import_module
 from typing import Any
 
 from stagewire._devices import reals
-from stagewire._devices.ratings import has_rated
+from stagewire._devices.options import settable
+from stagewire._devices.ratings import SETTING, has_rated
 from stagewire.protocols import load_protocol
 from stagewire_apt import TDC001
 
@@ -80,13 +81,17 @@ def raised(unit: str) -> dict[str, Any]:
 
 
 def rating(unit: str, protocol: str = "thorlabs_apt") -> dict[str, Any]:
-    """Return a rating that allows every voltage of a unit, for tests of other things than ratings.
+    """Return a rating and a full scale that allow every voltage of a unit, for tests of other things.
 
     ``test_ratings.py`` tests the refusals.
     """
-    if protocol != "thorlabs_apt" or not has_rated(TDC001.facts, TDC001.facts.units[unit]):
+    if protocol != "thorlabs_apt":
         return {}
-    return {"max_volts": 100_000}
+    facts, described = TDC001.facts, TDC001.facts.units[unit]
+    if not has_rated(facts, described):
+        return {}
+    scaled = SETTING in settable(facts, described)
+    return {"max_volts": 100_000} | ({"settings": {SETTING: 100_000}} if scaled else {})
 
 
 def facts_of(unit: str, protocol: str = "thorlabs_apt") -> Any:

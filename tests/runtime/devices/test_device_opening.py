@@ -167,7 +167,7 @@ def test_opening_without_a_controller_times_out() -> None:
         ({"stage": 8}, BadValueError, "stage must be a Stage or the name of one"),
         ({"stage": stages.MLS203}, UnknownScaleError, "scales of MLS203 on TDC001 are unknown"),
         ({"stages": ["Z8"]}, BadValueError, "stages must be a mapping, such as {1: …}"),
-        ({"max_volts": 75}, BadValueError, "max_volts: no value of a TDC001 depends on it"),
+        ({"max_volts": 75}, BadValueError, "max_volts: a TDC001 sets no voltage at an actuator"),
         ({"travel_mm": 12}, UnknownScaleError, "travel_mm cannot be checked: .* pass stage="),
         ({"serial_number": "8"}, BadValueError, "serial_number must be an integer, not '8'"),
         (

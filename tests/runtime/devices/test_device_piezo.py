@@ -91,7 +91,8 @@ def test_a_setting_that_is_not_reported_must_be_passed_to_open() -> None:
 def test_without_identification_the_maximum_must_be_passed_or_read() -> None:
     line = RecordingLink(virtual.BPC201())
     with BPC201.open(line, identify=False) as bpc:
-        with pytest.raises(UnknownScaleError, match=r"pass max_volts=.* or send PZ_REQ_OUTPUTMAXV"):
+        way = r"pass settings=\{'maximum_volts': …\} to open or send PZ_REQ_OUTPUTMAXVOLTS"
+        with pytest.raises(UnknownScaleError, match=way):
             bpc.set_output_volts(volts=30)
         assert line.raw == b""
         bpc.get_output_max_volts()
@@ -100,7 +101,7 @@ def test_without_identification_the_maximum_must_be_passed_or_read() -> None:
 
 def test_the_keyword_gives_the_unit_of_samples_unless_the_unit_is_known() -> None:
     line = RecordingLink(virtual.TPZ001())
-    with TPZ001.open(line, max_volts=150, identify=False) as tpz:
+    with TPZ001.open(line, settings={"maximum_volts": 150}, identify=False) as tpz:
         tpz.set_output_lut(index=2, volts=10)
         expected = m.PzSetOutputLut(chan_ident=1, index=2, output=2184)
         assert line.raw == expected.pack(0x50, 0x01)
@@ -185,7 +186,7 @@ def test_each_channel_has_its_own_maximum() -> None:
 
 def test_channels_of_a_module_have_their_own_settings() -> None:
     line = RecordingLink(virtual.rack("MPZ601"))
-    with MPZ601.open(line, max_volts=75) as module:
+    with MPZ601.open(line, settings={"maximum_volts": 75}) as module:
         first, second = module.channels
         first.set_output_volts(volts=1)
         second.set_output_volts(volts=1)

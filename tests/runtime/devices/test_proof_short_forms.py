@@ -76,7 +76,10 @@ def test_a_short_form_refuses_a_voltage_above_the_rating(unit: str, side: Side) 
 
     async def scenario(bench: Any) -> list[str]:
         tried = []
-        async with bench.open(unit, **{**options_of(unit), "max_volts": 20}) as device:
+        options = options_of(unit) | {"max_volts": 20}
+        if "settings" in options:
+            options["settings"] = {"maximum_volts": 75}
+        async with bench.open(unit, **options) as device:
             controller.heard.clear()
             for short, _ in short_forms(unit):
                 if short.keyword == "volts":

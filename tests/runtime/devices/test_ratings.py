@@ -10,8 +10,9 @@ from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire._devices.ratings import is_rated
-from stagewire.errors import LimitError, OutOfRangeError
-from stagewire_apt import BPC201, KIM101, KPC101, PROTOCOL, TDC001, TPZ001
+from stagewire.errors import LimitError, OutOfRangeError, UnknownScaleError
+from stagewire_apt import BPC201, KIM101, KNA101, KPC101, MPZ601, PROTOCOL, TDC001, TPZ001
+from stagewire_apt import messages as m
 from stagewire_apt.devices import tables as every
 from stagewire_virtual.linking import SteppedLink
 
@@ -91,6 +92,66 @@ def test_volts_out_of_range_name_the_range_and_the_setting() -> None:
         pytest.raises(OutOfRangeError, match=r"to 75 V, not 80 .*maximum_volts 75 V, from PZ_GET"),
     ):
         device.set_output_volts(volts=80)
+
+
+@pytest.mark.parametrize("call", [
+    lambda d: d.set_output_volts(volts=10), lambda d: d.set_output_volts(voltage=1),
+    lambda d: d.set_output_lut(index=0, output=1),
+])  # fmt: skip
+@pytest.mark.parametrize("cls", [BPC201, TPZ001, MPZ601])
+def test_the_rating_is_not_used_as_the_full_scale(cls: Any, call: Any) -> None:
+    made = virtual.rack("MPZ601") if cls is MPZ601 else getattr(virtual, cls.__name__)()
+    line = RecordingLink(made)
+    with cls.open(line, max_volts=20, identify=False) as device:
+        part = device.channel(1) if cls is MPZ601 else device
+        line.forget()
+        with pytest.raises(UnknownScaleError, match=r"settings=\{'maximum_volts': …\} to open"):
+            call(part)
+        assert nothing_was_set(line)
+        part.set_output_volts(voltage=0)
+
+
+def test_a_given_full_scale_is_compared_with_the_rating() -> None:
+    line = RecordingLink(virtual.rack("MPZ601"))
+    with MPZ601.open(line, max_volts=20, settings={"maximum_volts": 75}) as module:
+        line.forget()
+        for given in ({"volts": 21}, {"voltage": 8739}):
+            with pytest.raises(LimitError, match="rating of the actuator, 20 V"):
+                module.channel(1).set_output_volts(**given)
+        assert nothing_was_set(line)
+        module.channel(1).set_output_volts(volts=20)
+        sent = m.PzSetOutputVolts(chan_ident=1, voltage=8738)  # 20 / 75 of 32767
+        assert line.raw == sent.pack(0x21, 0x01)
+
+
+@pytest.mark.parametrize(("rating", "bits", "allowed"), [
+    (None, 0, True), (None, 0x01, False), (None, 0x11, False),
+    (75, 0, True), (75, 0x10, False), (20, 0x01, False), (150, 0x11, True),
+])  # fmt: skip
+def test_ranges_of_a_kna101(rating: int | None, bits: int, allowed: bool) -> None:
+    device, line = opened(KNA101, **({} if rating is None else {"max_volts": rating}))
+    with device:
+        if allowed:
+            device.channel(1).change_tna_io_settings(hv_out_range=bits)
+            assert device.channel(1).get_tna_io_settings().hv_out_range == bits
+        else:
+            with pytest.raises(LimitError, match=r"hv_out_range: 150 V .*rating of the actuator"):
+                device.channel(1).change_tna_io_settings(hv_out_range=bits)
+            assert nothing_was_set(line)
+
+
+def test_a_second_channel_is_not_raised_without_a_rating() -> None:
+    controller = virtual.KNA101()
+    with KNA101.open(RecordingLink(controller), max_volts=150) as device:
+        device.channel(1).change_tna_io_settings(hv_out_range=0x01)
+    line = RecordingLink(controller)
+    with KNA101.open(line) as device:
+        channel = device.channel(1)
+        channel.change_tna_io_settings(hv_out_range=0x01)  # unchanged
+        line.forget()
+        with pytest.raises(LimitError, match="pass max_volts="):
+            channel.change_tna_io_settings(hv_out_range=0x11)
+        assert nothing_was_set(line)
 
 
 def test_a_snapshot_with_a_higher_voltage_is_not_restored() -> None:

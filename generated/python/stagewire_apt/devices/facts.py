@@ -4001,6 +4001,14 @@ SETTINGS: dict[str, Setting] = {
                 values={0x01: 75, 0x02: 100, 0x03: 150},
             ),
             Told(
+                set=m.NtSetTnaIoSettings,
+                req=m.NtReqTnaIoSettings,
+                get=m.NtGetTnaIoSettings,
+                field="hv_out_range",
+                not_on=("BNT001", "MNA601", "TNA001"),
+                values={0x00: 75, 0x01: 150, 0x10: 150, 0x11: 150},
+            ),
+            Told(
                 set=m.KpcSetIoSettings,
                 req=m.KpcReqIoSettings,
                 get=m.KpcGetIoSettings,

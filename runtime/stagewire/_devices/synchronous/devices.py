@@ -136,12 +136,12 @@ class _Opened(DeviceBase, Part, Closing):
         :param target_tolerance_counts: the same in counts on every channel, with or without a known scale;
             use it without the other two
         :param max_volts: rating of the actuator. Voltages above it are refused, and so is a range of the
-            controller above it. Without it, the limit that the controller has set is not raised. It is also
-            the maximum output voltage if the controller is not asked for that or does not report it.
+            controller above it. Without it, the limit that the controller has set is not raised.
         :param max_travel_um: travel of the actuator, if the controller is not asked for it or does not
             report it
-        :param settings: other settings that the controller does not report, by name and in their units:
-            ``{"diode_full_scale": 220}``
+        :param settings: other settings that scales depend on, for a controller that is not asked for them or
+            does not report them, by name and in their units: ``{"diode_full_scale": 220}``, or
+            ``{"maximum_volts": 75}`` for the output voltage at full scale
         :param serial_number: expected serial number; opening a controller with a different one fails
         :param model: name of a controller that is newer than the document: ``BSC203`` for one that is opened
             as ``BSC103``. Its scales are used, and opening another controller fails. By default the serial

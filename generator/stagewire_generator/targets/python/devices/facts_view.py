@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from itertools import combinations
 from typing import NamedTuple
 
 from stagewire_generator.framing import rules_of
 from stagewire_generator.model import Json, Protocol, firmware_parts
-from stagewire_generator.model_fields import Field, FlagTable
+from stagewire_generator.model_fields import NO_BITS, Field, FlagTable
 from stagewire_generator.model_scales import (
     Factor,
     Quantity,
@@ -147,9 +148,19 @@ def _told(protocol: Protocol, unit: str, owner: str, teller: Json) -> Nested:
             for v in named
         ]
         items.append(Nested("values={", tuple(pairs), "}"))
+    elif field.flags and unit:
+        items.append(Nested("values={", tuple(_of_bits(field.flags, teller["values"])), "}"))
     elif field.quantity and unit:
         items.append(f"scale=quantities.{field.quantity.name.upper()}")
     return Nested("Told(", tuple(items), ")")
+
+
+def _of_bits(table: FlagTable, values: Json) -> Iterator[str]:
+    """Yield every combination of the bits of a table and its value: the highest of those of its bits."""
+    for count in range(len(table.bits) + 1):
+        for bits in combinations(table.bits, count):
+            found = [values[bit.name] for bit in bits] or [values[NO_BITS]]
+            yield f"0x{sum(bit.mask for bit in bits):02X}: {_number(max(found, key=Fraction))}"
 
 
 def _number(value: int | str) -> str:
