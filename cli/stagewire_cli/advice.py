@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Final
+
+from stagewire_cli.output import printable
 
 _WORDS: Final = (
     (r"\(unit='TDC001', or --unit TDC001 on the command line", "(--unit TDC001"),
@@ -22,6 +26,7 @@ _WORDS: Final = (
      "give your own stage with --stages FILE --stage NAME"),
     (r"pass stage= to open", "give --stage NAME"),
     (r"call enable\(\), which disables the other channels", "give --enable, which disables the others"),
+    (r"(motions will be refused: .*); call enable\(\)", r"\1; give --enable to move, home or jog"),
     (r"call enable\(\)", "give --enable"),
     (r"open it with baudrate=(\d+), or set", r"use the library with baudrate=\1, or set"),
     (r"serial_number=(\d+)", r"usb://\1"),
@@ -36,3 +41,31 @@ def for_command(text: str) -> str:
     for pattern, words in _COMPILED:
         text = pattern.sub(words, text)
     return text
+
+
+@contextmanager
+def warnings_printed(*, refusals: bool) -> Iterator[None]:
+    """Print what the library logs as a warning in a block, with the options of the command.
+
+    :param refusals: whether to print which motions will be refused. A command that moves needs no such
+        warning, because its own motion raises the error.
+    """
+    import logging
+
+    class InWords(logging.Formatter):
+        def format(self, record: logging.LogRecord) -> str:
+            return printable(for_command(f"warning: {super().format(record)}"))
+
+    log = logging.getLogger("stagewire")
+    if log.handlers:  # another line is open
+        yield
+        return
+    handler = logging.StreamHandler()
+    handler.setLevel(logging.WARNING)
+    handler.setFormatter(InWords())
+    handler.addFilter(lambda record: refusals or "motions will be refused" not in str(record.msg))
+    log.addHandler(handler)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)

@@ -35,7 +35,8 @@ def enabling(enable: bool, device: Any) -> str:
     """Return how an announcement begins that also enables a channel."""
     if not enable:
         return ""
-    others = ", disable the others" if device.unit.channels > 1 else ""
+    how = device.unit.enabling
+    others = ", disable the others" if how is not None and how.disables_others else ""
     return f"enable the channel{others} and "
 
 

@@ -15,6 +15,7 @@ from stagewire.errors import (
     UnknownScaleError,
     UnsupportedError,
 )
+from stagewire_cli.advice import warnings_printed
 from stagewire_cli.completion import units, urls
 from stagewire_cli.errors import CalledWronglyError
 
@@ -136,6 +137,7 @@ def opened(
     *,
     bay: int | None = None,
     keeps_outputs: bool = True,
+    refusals: bool = True,
     **options: Any,
 ) -> Iterator[Any]:
     """Open a controller for a block, ready for commands.
@@ -143,6 +145,7 @@ def opened(
     :param unit: its name; None detects it.
     :param bay: its bay in the rack, if it is a module.
     :param keeps_outputs: whether a laser or heater that is on stays on; only a stop switches it off.
+    :param refusals: whether to warn of motions that the controller cannot carry out now.
     :param options: options of its class; None means not given.
 
     Raises :class:`CalledWronglyError` for an unknown unit or stage, and
@@ -151,16 +154,17 @@ def opened(
     from stagewire.discovery import device_class, model_option, unit_at
 
     given = {name: value for name, value in options.items() if value is not None}
-    with called_wrongly():
-        name = unit or unit_at(url, bay=bay)
-        device_type, given = device_class(name), {**model_option(name), **given}
-        if bay is not None and device_type.unit.kind == "bay":
-            given["bay"] = bay
-        if keeps_outputs and device_type.unit.safe_state:
-            given["on_close"] = "leave"
-        device = device_type.open(url, **given)
-    with device, device.low_level() if hasattr(device, "low_level") else nullcontext():
-        yield device
+    with warnings_printed(refusals=refusals):
+        with called_wrongly():
+            name = unit or unit_at(url, bay=bay)
+            device_type, given = device_class(name), {**model_option(name), **given}
+            if bay is not None and device_type.unit.kind == "bay":
+                given["bay"] = bay
+            if keeps_outputs and device_type.unit.safe_state:
+                given["on_close"] = "leave"
+            device = device_type.open(url, **given)
+        with device, device.low_level() if hasattr(device, "low_level") else nullcontext():
+            yield device
 
 
 def parts_of(device: Any) -> dict[str, Any]:

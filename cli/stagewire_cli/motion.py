@@ -33,17 +33,20 @@ Examples:
 HOME_EXAMPLE = """\b
 Examples:
   stagewire home /dev/ttyUSB0
+  stagewire home COM6 --unit MPC320 --channel 2 --enable
   stagewire home "virtual://TDC001?stage=Z8" --yes
 """
 JOG_EXAMPLE = """\b
 Examples:
   stagewire jog /dev/ttyUSB0 forward --stage Z8
+  stagewire jog COM5 reverse --unit KIM101 --channel 3 --enable
   stagewire jog "virtual://TDC001?stage=Z8" reverse --stage Z8 --yes
 """
 STOP_EXAMPLE = """\b
 Examples:
   stagewire stop /dev/ttyUSB0
   stagewire stop COM3 --unit BBD102 --bay 2
+  stagewire stop COM4 --unit KLS635
 """
 
 ChannelOption = Annotated[
@@ -239,8 +242,9 @@ def stop(
     If --unit or the USB plug identifies the unit, the stop is the first message that is sent. Options of move
     and home are accepted and ignored, so you can repeat a command line with `stop` instead of `move`.
 
-    A laser or heater is switched off, and the loops of a NanoTrak or a position aligner end. A TTC001 is
-    first asked for its sensor.
+    A laser or heater is switched off. A NanoTrak ends its tracking, and a position aligner opens its loops. A
+    piezo driver ends its waveform and holds its voltage. A shutter gets the stop of a motor; check that it
+    closes. A TTC001 is first asked for its sensor.
     """
     from stagewire_cli.motion_session import PartAddress, run_stop
 

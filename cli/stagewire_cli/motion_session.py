@@ -96,7 +96,14 @@ def _opened_part(
 ) -> Iterator[tuple[Any, str, Any]]:
     """Open a controller for a motion; yield it with the name of the addressed part and the part."""
     refuse_unattended(yes)
-    with opened(where.url, where.unit, bay=where.bay, motion_timeout=timeout, **options) as device:
+    with opened(
+        where.url,
+        where.unit,
+        bay=where.bay,
+        refusals=False,
+        motion_timeout=timeout,
+        **options,
+    ) as device:
         name, part = where.part(device)
         yield device, name, part
 

@@ -130,6 +130,33 @@ def test_the_monitor_has_a_row_for_each_channel_with_its_own_columns(
     assert {row["channel_enabled"] for row in rows if row["part"] == "channel 1"} == {False}
 
 
+def test_only_units_whose_channels_exclude_each_other_announce_that_others_are_disabled(
+    stagewire: Stagewire, attach: Attach
+) -> None:
+    words = ("--channel", "1", "--counts", "--by", "100", "--enable", "--yes")
+    with virtual.BSC002() as bsc:
+        attach(bsc)
+        result = stagewire("move", URL, "--unit", "BSC002", *words)
+    assert result.code == 0, result.err
+    assert ": will enable the channel and move from 0 counts by 100 counts" in result.out
+
+
+def test_warnings_name_the_option_that_enables_a_channel(
+    stagewire: Stagewire, attach: Attach
+) -> None:
+    with virtual.MPC320() as mpc:
+        attach(mpc)
+        seen = stagewire("monitor", URL, "--unit", "MPC320", "--for", "0.3")
+        homed = stagewire("home", URL, "--unit", "MPC320", "--channel", "2", "--yes")
+    assert (
+        seen.err.count("refused: the channel is disabled; give --enable to move, home or jog\n")
+        == 3
+    )
+    assert homed.code == 1
+    [line] = homed.err.splitlines()  # the error of the motion, and no warnings
+    assert line.endswith("; give --enable")
+
+
 def test_enable_is_refused_for_a_unit_without_channels_to_enable(
     stagewire: Stagewire, attach: Attach
 ) -> None:

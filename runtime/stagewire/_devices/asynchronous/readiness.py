@@ -157,7 +157,7 @@ async def _check_enabled(
             assert enabling.table.get is not None  # it was read
             raise NotReadyError(
                 f"{what} was not sent, because it cannot succeed: {cause}{others} "
-                f"({enabling.table.get.layout.message}). call enable(), which disables the other channels",
+                f"({enabling.table.get.layout.message}); call enable(), which disables the other channels",
                 (cause,),
             )
     elif (other := _other_motion(endpoint)) is not None and not await is_enabled(
@@ -211,10 +211,10 @@ def _listed(channels: tuple[int, ...]) -> str:
 
 
 def _remedy(endpoint: Endpoint, need: Need, faults: tuple[str, ...]) -> str:
-    """Return what a user can do about faults, after the end of a sentence."""
+    """Return what a user can do about faults, as the end of an error message."""
     if need.table.set is None:
         return ". Change that at the controller, then call it again"
-    return f". {advise(endpoint, need.table.name, faults)}"
+    return f"; {advise(endpoint, need.table.name, faults)}"
 
 
 async def is_enabled(endpoint: Endpoint, timeout: float | None) -> bool:
