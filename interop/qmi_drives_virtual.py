@@ -22,8 +22,8 @@ def rotate(results: Results, context: Any, watched: Watched) -> None:
 
     mount = Thorlabs_K10CR1(context, "mount", f"serial:{watched.url}")
 
-    def call(what: str, function: Any, reason: str = "") -> Any:
-        return results.call("K10CR1", what, function, reason)
+    def call(what: str, function: Any) -> Any:
+        return results.call("K10CR1", what, function)
 
     def at(what: str, degrees: float) -> None:
         found = call("get_absolute_position", mount.get_absolute_position)
@@ -49,7 +49,13 @@ def rotate(results: Results, context: Any, watched: Watched) -> None:
     time.sleep(0.5)
     call("move_stop", mount.move_stop)
     time.sleep(0.5)
-    call("get_absolute_position after a stop", mount.get_absolute_position, UNREAD)
+    results.call(
+        "K10CR1",
+        "get_absolute_position after a stop",
+        mount.get_absolute_position,
+        UNREAD,
+        always=False,
+    )
     call("get_motor_status", mount.get_motor_status)
     call("close", mount.close)
 

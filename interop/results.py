@@ -76,20 +76,33 @@ class Results:
         """Record an expectation that must hold."""
         self._add(subject, what, Verdict.PASSED if passed else Verdict.FAILED, detail)
 
-    def known(self, subject: str, what: str, passed: bool, reason: str) -> None:
+    def known(
+        self, subject: str, what: str, passed: bool, reason: str, *, always: bool = True
+    ) -> None:
         """Record an expectation that is known not to hold, with the reason.
 
-        It fails if it holds: the reason is then out of date.
+        It fails if it holds: the reason is then out of date. With ``always=False`` it may hold: it depends
+        on time or chance.
         """
-        if passed:
+        if not passed:
+            self._add(subject, what, Verdict.KNOWN, reason)
+        elif always:
             self._add(subject, what, Verdict.FAILED, f"works, although: {reason}")
         else:
-            self._add(subject, what, Verdict.KNOWN, reason)
+            self._add(subject, what, Verdict.PASSED, f"this time; at other times: {reason}")
 
-    def call(self, subject: str, what: str, function: Callable[[], Any], reason: str = "") -> Any:
+    def call(
+        self,
+        subject: str,
+        what: str,
+        function: Callable[[], Any],
+        reason: str = "",
+        *,
+        always: bool = True,
+    ) -> Any:
         """Call a function that must not raise, or that is known to raise if there is a reason.
 
-        Return its value, or None if it raised.
+        Return its value, or None if it raised. ``always`` is that of :meth:`known`.
         """
         value, error = None, ""
         try:
@@ -97,7 +110,7 @@ class Results:
         except Exception as raised:
             error = f"{type(raised).__name__}: {raised}"
         if reason:
-            self.known(subject, what, not error, reason)
+            self.known(subject, what, not error, reason, always=always)
         else:
             self.check(subject, what, not error, error)
         return value

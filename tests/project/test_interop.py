@@ -40,9 +40,19 @@ def run(folder: Path, body: str, package: str = "pytest") -> tuple[int, str]:
         ("results.check('A', 'opens', False, 'no answer')", 1, "failed .* A .* opens .* no answer"),
         ("results.known('A', 'opens', False, 'too old')", 0, "known .* A .* opens .* too old"),
         ("results.known('A', 'opens', True, 'too old')", 1, "failed .* A .* works, although"),
+        (
+            "results.known('A', 'opens', False, 'late', always=False)",
+            0,
+            "known .* A .* opens .* late",
+        ),
+        (
+            "results.known('A', 'opens', True, 'late', always=False)",
+            0,
+            "passed .* A .* this time.* late",
+        ),
         ("raise SystemExit(3)", 1, "failed .* program .* finishes .* exit status 3"),
     ],
-    ids=["passed", "failed", "known", "known but works", "ended"],
+    ids=["passed", "failed", "known", "known but works", "at times", "not this time", "ended"],
 )
 def test_a_result_is_in_the_table_and_decides_the_exit_status(
     body: str, status: int, row: str, tmp_path: Path
