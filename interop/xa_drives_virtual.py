@@ -99,15 +99,7 @@ CASES = (
             for number in range(1, 5)
         },
     ),
-    Case(
-        "PDXC2",
-        112000001,
-        "Pdxc2",
-        moves=False,
-        known={
-            "get_stage_axis_params": "our controller has no stage, and the enumeration no stage 0"
-        },
-    ),
+    Case("PDXC2", 112000001, "Pdxc2", moves=False),
     Case(
         "KIM001",
         74000001,

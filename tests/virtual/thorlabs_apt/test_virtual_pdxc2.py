@@ -45,6 +45,15 @@ def test_a_new_channel_is_disabled_and_in_open_loop() -> None:
     assert start(host) == []
 
 
+@pytest.mark.parametrize(
+    ("settings", "half"), [({}, 10_000_000), ({"travel": 4_000_000}, 2_000_000)]
+)
+def test_a_controller_reports_its_stage_with_its_travel(settings, half: int) -> None:
+    [stage] = pdxc2(**settings).ask(m.MotReqPmdStageAxisParams(1))
+    assert (stage.stage_id, stage.axis_id, stage.part_no_axis) == (1, 18, "PDX1")
+    assert (stage.min_pos, stage.max_pos, stage.cnts_per_unit) == (-half, half, 1_000_000)
+
+
 def test_a_move_in_open_loop_is_relative_and_counts_steps() -> None:
     host = pdxc2()
     place = true_position(host)

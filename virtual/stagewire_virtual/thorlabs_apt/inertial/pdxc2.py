@@ -51,6 +51,18 @@ _DEFAULTS: Final[Mapping[str, Mapping[str, int]]] = {
 }
 """Assumptions within the ranges of the registry; the vendor's simulated PDXC2 reports a detection of 1."""
 
+_PDX1: Final[Mapping[str, Any]] = {
+    "stage_id": 1,
+    "axis_id": 18,
+    "part_no_axis": "PDX1",
+    "serial_num": 1_234_567,
+    "cnts_per_unit": 1_000_000,
+    "max_accn": 100_000_000,
+    "max_dec": 100_000_000,
+    "max_vel": 10_000_000,
+}
+"""The stage of the simulated PDXC2 of thorlabs_xa 1.9.1.28993 in nm and s; its travel is also 20 mm."""
+
 
 class OricChannel(Inertial):
     """The channel of a PDXC2 with its stage.
@@ -84,7 +96,17 @@ class OricChannel(Inertial):
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, Any]]:
         """Return the parameters of a new controller: set -> field -> value."""
-        return {**_DEFAULTS, "MOD_CHANENABLESTATE": {"enable_state": EnableState.DISABLE}}
+        travel = channel.settings.travel
+        half = (cls.mechanics.travel if travel is None else travel) // 2
+        return {
+            **_DEFAULTS,
+            "MOD_CHANENABLESTATE": {"enable_state": EnableState.DISABLE},
+            "MOT_PMDSTAGEAXISPARAMS": {
+                **_PDX1,
+                "min_pos": -half,
+                "max_pos": half,
+            },
+        }
 
     def power_on(self) -> None:
         """Reset to the power-on state: not homed, with positions of 0."""
