@@ -42,6 +42,7 @@ from stagewire_generator.resolver.protocol import resolve
 from stagewire_generator.schemas import schema_folder
 from stagewire_generator.targets import c, project, python, registry, vectors
 from stagewire_generator.targets.environment import COMPILED
+from stagewire_generator.targets.python.devices.attributes_view import check_attributes
 from stagewire_generator.targets.templates import Templates, templates_in
 
 Say: TypeAlias = Callable[[str], None]
@@ -214,6 +215,7 @@ def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
         check_units(protocol, units, diagnostics)
         check_stages(protocol, units, diagnostics)
         check_contexts(protocol, files["protocol"][0], diagnostics)
+        check_attributes(protocol, diagnostics)
     return protocol
 
 

@@ -128,6 +128,12 @@ FRAMED = [
     (
         TINY,
         "    tells: identity\n",
+        "    tells: identity\n    call: {attribute: {name: speed, value: counts}}\n",
+        "SW021 POS_SET_VELPARAMS: the attribute speed has the unknown value counts",
+    ),
+    (
+        TINY,
+        "    tells: identity\n",
         "    tells: identity\n    call: {reading: pass}\n",
         "SW023 POS_SET_VELPARAMS: the method name pass is reserved",
     ),

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.model import Protocol
 from stagewire_generator.targets.documentation import title_of, where_all
 from stagewire_generator.targets.python.brackets import Nested
 from stagewire_generator.targets.python.devices.arguments import Argument, Way
 from stagewire_generator.targets.python.devices.documentation import unit_text
 from stagewire_generator.targets.python.devices.parts import MethodView, method_view
-from stagewire_generator.targets.python.devices.plan import Call
+from stagewire_generator.targets.python.devices.plan import Call, plan_of
 from stagewire_generator.targets.python.source import docstring, paragraph
 
 _SECONDS = ":param timeout: in seconds; default: the timeout of the device."
@@ -25,6 +26,19 @@ _REFUSED = (
     ":raises OutOfRangeError: if it is out of range, or above a limit (``LimitError``); nothing is sent.",
     ":raises BadValueError: if it has the wrong type; nothing is sent.",
 )
+
+
+def check_attributes(protocol: Protocol, diagnostics: Diagnostics) -> None:
+    """Check that each attribute names the keyword of a value with a unit in the calls of its set."""
+    for call in plan_of(protocol).calls:
+        if "attribute" not in call.message.call:
+            continue
+        name, value = (call.message.call["attribute"][key] for key in ("name", "value"))
+        known = [way.keyword for argument in call.arguments for way in argument.ways]
+        if value not in known:
+            what = f"{call.message.name}: the attribute {name} has the unknown value {value}"
+            hint = f"known values: {', '.join(known)}" if known else "remove the attribute"
+            diagnostics.add(call.message.place, "SW021", what, hint)
 
 
 def further_views(protocol: Protocol, call: Call, verbs: Sequence[str]) -> Iterator[MethodView]:
