@@ -3161,6 +3161,8 @@ static inline apt_status apt_pz_get_outputmaxvolts_decode(
  *
  * PZ_SET_TPZ_SLEWRATES (0x0683), to the controller, 6 bytes of data; Issue 3, page 123.
  *
+ * Setting them starts no change of the output; one that is under way may use the new rates.
+ *
  * Also described in Issue 37, page 232.
  *
  * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
@@ -5325,6 +5327,9 @@ static inline apt_status apt_pz_get_outputlut_decode(
  * table.
  *
  * PZ_SET_OUTPUTLUTPARAMS (0x0703), to the controller, 30 bytes of data; Issue 3, page 108.
+ *
+ * Setting them starts no output; the document does not say whether a waveform that is being output
+ * uses them immediately.
  *
  * Also described in Issue 37, page 217.
  *

@@ -1845,6 +1845,7 @@ TPZ_SLEW_RATES = ParameterSet(
             maximum=32767,
         ),
     ),
+    effect="tuning",
 )
 
 PPC_PID_CONSTS = ParameterSet(
@@ -1981,6 +1982,7 @@ OUTPUT_LUT = ParameterSet(
             maximum=32767,
         ),
     ),
+    effect="motion",
 )
 
 OUTPUT_LUT_PARAMS = ParameterSet(
@@ -2028,6 +2030,7 @@ OUTPUT_LUT_PARAMS = ParameterSet(
         ),
         Given("trig_repeat_cycle", "trig_repeat_cycle", minimum=0, maximum=7999),
     ),
+    effect="motion",
 )
 
 LUT_VALUE_TYPE = Command(

@@ -2617,6 +2617,8 @@ class PzSetTpzSlewRates(FramedMessage):
 
     ``PZ_SET_TPZ_SLEWRATES`` (0x0683), to the controller, 6 bytes of data; Issue 3, page 123.
 
+    Setting them starts no change of the output; one that is under way may use the new rates.
+
     Also described in Issue 37, page 232.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
@@ -4661,6 +4663,9 @@ class PzSetOutputLutParams(FramedMessage):
     Settings with which PZ_START_LUTOUTPUT outputs the waveform table.
 
     ``PZ_SET_OUTPUTLUTPARAMS`` (0x0703), to the controller, 30 bytes of data; Issue 3, page 108.
+
+    Setting them starts no output; the document does not say whether a waveform that is being output
+    uses them immediately.
 
     Also described in Issue 37, page 217.
 

@@ -998,6 +998,8 @@ class WithTpzSlewRates(Part):
         Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
         provide their own, so normally no setting is needed. All values are written in one frame.
 
+        Setting them starts no change of the output; one that is under way may use the new rates.
+
         ``PZ_SET_TPZ_SLEWRATES``, Issue 3, page 123. Errata ``apt-lists-against-chapters``,
         ``apt-slewrates-cut``.
 
@@ -1039,6 +1041,8 @@ class WithTpzSlewRates(Part):
         Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
         provide their own, so normally no setting is needed. Reads the current values, replaces the
         given ones and writes all of them in one frame, under one lock. Returns the values written.
+
+        Setting them starts no change of the output; one that is under way may use the new rates.
 
         ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``, ``PZ_SET_TPZ_SLEWRATES``, Issue 3, pages
         123, 124. Errata ``apt-lists-against-chapters``, ``apt-request-channel-fixed``,
@@ -1786,6 +1790,9 @@ class WithOutputLutParams(Part):
         Settings with which PZ_START_LUTOUTPUT outputs the waveform table. All values are written in
         one frame.
 
+        Setting them starts no output; the document does not say whether a waveform that is being
+        output uses them immediately.
+
         ``PZ_SET_OUTPUTLUTPARAMS``, Issue 3, page 108. Errata ``apt-lut-bandwidth``,
         ``apt-lut-falling-edge``, ``apt-lut-limits-by-unit``, ``apt-lut-long-range``,
         ``apt-lut-ranges``, ``apt-outputlutparams-breakdown-length``,
@@ -1873,6 +1880,9 @@ class WithOutputLutParams(Part):
         Settings with which PZ_START_LUTOUTPUT outputs the waveform table. Reads the current values,
         replaces the given ones and writes all of them in one frame, under one lock. Returns the
         values written.
+
+        Setting them starts no output; the document does not say whether a waveform that is being
+        output uses them immediately.
 
         ``PZ_REQ_OUTPUTLUTPARAMS``, ``PZ_GET_OUTPUTLUTPARAMS``, ``PZ_SET_OUTPUTLUTPARAMS``, Issue 3,
         pages 108, 111. Errata ``apt-get-outputlutparams-table-id``, ``apt-lut-bandwidth``,

@@ -320,7 +320,6 @@ SLEW = Kind(
     ),
     does="sets the slowest slew rate, changes the output voltage of each piezo by less than 5 % "
     "within {range}, and restores both",
-    settings=True,
     lacks=lacks_volts,
     seconds=1.0,
 )
