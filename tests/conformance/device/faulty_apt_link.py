@@ -17,6 +17,12 @@ IDS = {
     if entry["id"] is not None
 }
 
+_NAMES = {
+    (entry["id"], entry.get("sub_message")): name
+    for entry in reversed(PROTOCOL.registry()["messages"])
+    if (name := entry["name"]) in IDS
+}
+
 Change = Callable[[bytes], bytes]
 """Takes the bytes of a frame and returns the bytes to pass on: none, one or several frames."""
 
@@ -59,9 +65,11 @@ class FaultyAptLink(WrappedLink):
 
 
 def name_of(raw: bytes) -> str:
-    """Return the name of the message with the id in these bytes; empty for an unknown id."""
+    """Return the name of the message with the id and sub-message of these bytes; empty if it is unknown."""
     id = int.from_bytes(raw[:2], "little")
-    return next((name for name, each in IDS.items() if each == id), "")
+    has_data = len(raw) > 6 and raw[4] & DATA_FLAG
+    number = int.from_bytes(raw[6:8] if has_data else raw[2:3], "little")
+    return _NAMES.get((id, number)) or _NAMES.get((id, None), "")
 
 
 def of(names: str | Iterable[str], change: Change) -> Change:

@@ -17,6 +17,8 @@ _SET_HOME = "PZ_SET_NTCIRCHOMEPOS"
 _MOVE = "PZ_MOVE_NTCIRCTOHOMEPOS"
 _STATUS = "PZ_GET_NTSTATUSUPDATE"
 _SET_RANGE = "PZ_SET_NTTIARANGEPARAMS"
+_SET_CIRCLE = "PZ_SET_NTCIRCPARAMS"
+_SET_TABLE = "PZ_SET_NTCIRCDIALUT"
 
 _OPERMODE, _DEMANDS, _OUTPUTS = 0x07, 0x05, 0x0D
 """Numbers of sub-messages (pages 333 to 341)."""
@@ -64,6 +66,15 @@ def _thousandfold(frame: Frame) -> list[Frame]:
     return [frame.with_("abs_reading", bits)]
 
 
+def _limited(frame: Frame) -> list[Frame]:
+    """Limit a fixed diameter to that of the highest power."""
+    return [
+        frame.with_("circ_dia_sw", min(frame["circ_dia_sw"], frame["abs_pwr_max_circ_dia"]))
+        if frame["circ_dia_mode"] == 1
+        else frame
+    ]
+
+
 class _Drifts(Firmware):
     """A circle that moves although it is latched."""
 
@@ -109,6 +120,7 @@ _RANGES = [
     ("a set range is ignored", _SET_RANGE, _each("range_mode", v3=2)),
     ("a manual range changes to the set one", _SET_RANGE, _each("range_mode", v2=3)),
     ("an automatic range stays", _SET_RANGE, _each("range_mode", v1=2)),
+    ("a manual range follows the signal", _SET_RANGE, _each("range_mode", v2=1)),
     ("a set range is one too high", _SET_RANGE, lambda f: [f.with_("range_sw", f["range_sw"] + 1)]),
 ]
 _READINGS = [
@@ -126,6 +138,16 @@ _READINGS = [
     ("under-reading and over-reading are exchanged", _STATUS, _each("under_over_read", v2=3, v3=2)),
     ("a signal is always over-reading", _STATUS, lambda f: [f.with_("under_over_read", 3)]),
     ("the current is in mA", _STATUS, _thousandfold),
+]
+_CIRCLES = [
+    ("the diameter is always fixed", _SET_CIRCLE, _each("circ_dia_mode", v2=1, v3=1)),
+    ("the table of diameters is ignored", _SET_TABLE, lambda frame: []),
+    (
+        "the table of diameters begins one entry late",
+        _SET_TABLE,
+        lambda frame: [frame.patched(8, frame.raw[6:36])],
+    ),
+    ("a power limits a fixed diameter", _SET_CIRCLE, _limited),
 ]
 
 
@@ -232,6 +254,11 @@ def _say(change: Change) -> Callable[[], Firmware]:
     return lambda: Says(_is_status, change)
 
 
+def _second() -> Firmware:
+    """Report range 2 in every status."""
+    return Says(named(_STATUS), lambda frame: [frame.with_("range", 2)])
+
+
 TRACKERS = [
     *(
         _taken(7000 + at, name, "nanotrak-tracking", message, change)
@@ -249,6 +276,14 @@ TRACKERS = [
     *(
         _said(7050 + at, name, "nanotrak-range", message, change)
         for at, (name, message, change) in enumerate(_READINGS)
+    ),
+    *(
+        _taken(7110 + at, name, "nanotrak-circle", message, change)
+        for at, (name, message, change) in enumerate(_CIRCLES)
+    ),
+    *(
+        _defect(7130 + at, f"{unit} has range 2", "nanotrak-range", (unit,), _STATUS, _second)
+        for at, unit in enumerate(("KNA101", "TNA001"))
     ),
     *(
         _defect(7060 + at, name, kind, _ALIGNERS, _SET_NAMES[number], _take(number, change))

@@ -54,6 +54,16 @@ FIELDS: Final[Mapping[str, str]] = {
     "KSG_GET_KCUBEMMIPARAMS.disp_dim_level": "ksg-display-dim-level",
     "KSG_GET_KCUBETRIGIOCONFIG.lower_lim": "ksg-trigger-limits",
     "KSG_GET_KCUBETRIGIOCONFIG.upper_lim": "ksg-trigger-limits",
+    "circ_dia_mode": "nanotrak-diameter-modes",
+    "PZ_GET_NTFEEDBACKSRC.feedback_src": "nanotrak-input-values",
+    "QUAD_GET_DISPLAYSETTINGS.disp_intensity": "quad-display-intensity",
+    "TEC_GET_DISPSETTINGS.disp_intensity": "tec-display-intensity",
+    "trig1_sum_min": "quad-trigger-percent",
+    "trig1_sum_max": "quad-trigger-percent",
+    "trig1_diff_threshold": "quad-trigger-percent",
+    "trig2_sum_min": "quad-trigger-percent",
+    "trig2_sum_max": "quad-trigger-percent",
+    "trig2_diff_threshold": "quad-trigger-percent",
 }
 """Field, or message and field -> the rule about its values."""
 
@@ -61,6 +71,9 @@ MESSAGES: Final[Mapping[str, str]] = {
     "MOT_GET_KCUBEKSTLOOPPARAMS": "stepper-loop-ranges",
     "PZ_GET_PPC_PIDCONSTS": "ppc-pid-ranges",
     "PZ_GET_PPC_NOTCHPARAMS": "ppc-notch-filters",
+    "QUAD_GET_LOOPPARAMS": "quad-gain-range",
+    "QUAD_GET_LOOPPARAMS2": "quad-loopparams2-ranges",
+    "TEC_GET_LOOPPARAMS": "tec-gain-ranges",
 }
 """Message -> the rule about the values of all its other fields."""
 
@@ -92,6 +105,23 @@ SETS: Final[Mapping[str, str]] = {
     "KSG_SET_KCUBETRIGIOCONFIG": "ksg-trigger-ports",
 }
 """SET message -> the rule that it sets its parameters."""
+
+SUB_MESSAGES: Final[Mapping[str, str]] = {
+    "laser": "laser-sub-message-returned",
+    "quad": "quad-reply-sub-message",
+    "tec": "tec-reply-sub-message",
+}
+"""Chapter -> the rule that a reply has the sub-message of its request."""
+
+ONCE: Final[Mapping[str, str]] = {
+    "PZ_GET_NTSTATUSUPDATE": "nanotrak-status-each-request",
+    "LA_GET_STATUSUPDATE": "laser-status-each-request",
+    "LD_GET_STATUSUPDATE": "laser-status-each-request",
+}
+"""Message -> the rule that a request is answered once."""
+
+OF_REPLIES: Final = tuple(dict.fromkeys((*SUB_MESSAGES.values(), *ONCE.values())))
+"""The rules about replies, each once."""
 
 OF_CONNECTORS: Final = (
     "connector-configuration",

@@ -34,6 +34,7 @@ from stagewire_conformance.device.checks.apt.broken_rules import (
     rule_of_field,
     rule_of_stray,
 )
+from stagewire_conformance.device.checks.apt.later_rules import ONCE, SUB_MESSAGES
 from stagewire_conformance.device.checks.apt.streams import unstopped
 from stagewire_conformance.device.checks.apt.undocumented import UNNAMED, Fault, faults_of
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
@@ -189,9 +190,7 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
     if not trial.must(
         bool(replies),
         f"{request.about} was not answered: {expected}, received {described(trial, heard)}",
-        rule=next(
-            (rule_of_stray(trial, each) for each in others if each.kind != "message"), ANSWERED
-        ),
+        rule=_rule_of_silence(trial, request, others),
         cause=cause,
         came=raw_of(heard),
     ):
@@ -206,7 +205,7 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
         len(replies) == 1,
         f"{request.about} was answered {len(replies)} times: {expected}, received "
         f"{described(trial, replies)}",
-        rule="get-answers-request",
+        rule=ONCE.get(replies[0].name, "get-answers-request"),
         cause=Cause(replies[0].name, UNSOLICITED),
         because=unstopped(trial.declared),
         came=raw_of(replies),
@@ -216,6 +215,19 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
     for each in others:
         judge_unasked(trial, each, f"in addition to the reply to {request.about}")
     return reply
+
+
+def _rule_of_silence(trial: Trial, request: Request, others: Iterable[Incoming]) -> str:
+    """Return the rule that is broken if a request has no reply and these bytes arrived instead."""
+    wanted = trial.declared.registry.messages[request.answers[0]]
+    if "sub_message" in wanted and wanted["chapter"] in SUB_MESSAGES:
+        begins = wanted["id"].to_bytes(2, "little")
+        number = wanted["sub_message"].to_bytes(2, "little")
+        whole = (each.raw for each in others if len(each.raw) > HEADER_SIZE + 1)
+        if any(raw[:2] == begins and raw[HEADER_SIZE : HEADER_SIZE + 2] != number for raw in whole):
+            return SUB_MESSAGES[wanted["chapter"]]
+    strays = (rule_of_stray(trial, each) for each in others if each.kind != "message")
+    return next(strays, ANSWERED)
 
 
 def judge_strangers(trial: Trial, request: Request, heard: Sequence[Incoming]) -> bool:

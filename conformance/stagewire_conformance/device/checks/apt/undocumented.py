@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from stagewire.devices import number_of
 from stagewire.protocols import FramedMessage
 
 if TYPE_CHECKING:
@@ -94,8 +95,10 @@ def _faults(name: str, field: Json, value: Any) -> Iterator[Fault]:
             )
             yield Fault(name, f"{name} is {value}; the document defines {known}")
     elif not field["minimum"] <= value <= field["maximum"]:
+        came, low, high = (
+            f"{number_of(each, field['size']):g}" if field.get("real") else str(each)
+            for each in (value, field["minimum"], field["maximum"])
+        )
         yield Fault(
-            name,
-            f"{name} is {value}; the document allows {field['minimum']} to {field['maximum']}",
-            grave=bool(value),
+            name, f"{name} is {came}; the document allows {low} to {high}", grave=bool(value)
         )

@@ -7,6 +7,7 @@ from typing import Final
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.outputs import (
     aligner,
+    circle,
     enable,
     flipper,
     laser,
@@ -39,6 +40,7 @@ KINDS: Final[tuple[Kind, ...]] = (
     flipper.TIME,
     laser.STATUS,
     laser.SOURCE,
+    laser.MODE,
     laser.OUTPUT,
     laser.LIMIT,
     tec.STATUS,
@@ -46,6 +48,7 @@ KINDS: Final[tuple[Kind, ...]] = (
     tec.LIMIT,
     tracking.TRACKING,
     tracking.RANGE,
+    circle.KIND,
     aligner.MODE,
     aligner.OUTPUTS,
     aligner.LOOP,

@@ -1,4 +1,4 @@
-"""``laser-status``, ``laser-output``, ``laser-source`` and ``laser-limit`` (Issue 37, pages 295 to 323).
+"""Checks of lasers: status, output, source, mode and limit (Issue 37, pages 295 to 323).
 
 Nothing is written to a laser whose output is on. Set points are low. At the end, also after a failure, the
 set point is 0 and the output off.
@@ -35,6 +35,7 @@ _PAUSE: Final = 0.5
 _LOWEST: Final = 20
 """The lowest limit that the vendor's program accepts, of 255."""
 _TLD001: Final = "TLD001"
+_MODES: Final = ("LD_OPENLOOP", "LD_CLOSEDLOOP")
 
 STATUS = Kind(
     name="laser-status",
@@ -52,6 +53,11 @@ SOURCE = Kind(
     name="laser-source",
     title="The source of the set point can be selected",
     rules=("laser-control-source", "laser-control-source-values"),
+)
+MODE = Kind(
+    name="laser-mode",
+    title="Constant current and constant power can be selected",
+    rules=("tld001-modes",),
 )
 LIMIT = Kind(
     name="laser-limit",
@@ -304,6 +310,31 @@ def _source(trial: Trial, place: Target) -> None:
         rule="laser-control-source",
         cause=Cause("LA_SET_POWERCONTROLSOURCE", EFFECT),
     )
+
+
+@light_check(
+    MODE,
+    "LD_OPENLOOP and LD_CLOSEDLOOP select the mode of {place.name}",
+    messages=_MODES,
+    does="selects constant current and constant power while the output is off, and restores the mode",
+    seconds=0.1,
+    bound="the output of the laser stays off",
+)
+def _mode(trial: Trial, place: Target) -> None:
+    light = Light(trial, place)
+    light.begin()
+    before = "closed_loop" in light.status()[1]
+    trial.undo(f"the mode of {place.name}", lambda: light.send(_MODES[before]))
+    for closed in (not before, before):
+        light.send(_MODES[closed])
+        _, bits = light.status()
+        trial.must(
+            ("closed_loop" in bits) == closed and "output_enabled" not in bits,
+            f"{_MODES[closed]} was sent with the output off, but then {light.status_name} reports "
+            f"{'an output that is on' if 'output_enabled' in bits else 'the other mode'}",
+            rule="tld001-modes",
+            cause=Cause(_MODES[closed], EFFECT),
+        )
 
 
 @light_check(

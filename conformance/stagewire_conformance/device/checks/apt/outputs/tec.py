@@ -29,7 +29,12 @@ _NEAR: Final = 20
 STATUS = Kind(
     name="tec-status",
     title="The readings and the status of a temperature controller agree",
-    rules=("tec-temperature-ranges", "tec-current-range", "tec-status-on-request"),
+    rules=(
+        "tec-temperature-ranges",
+        "tec-sensor-units",
+        "tec-current-range",
+        "tec-status-on-request",
+    ),
 )
 SET_POINT = Kind(
     name="tec-set-point",
@@ -75,7 +80,7 @@ def _status(trial: Trial, place: Target) -> None:
         trial.must(
             low <= told.t_act <= high,
             f"{message} reports t_act = {told.t_act}; the range of the sensor is {low} to {high}",
-            rule="tec-temperature-ranges",
+            rule="tec-sensor-units" if _suits_another(told.t_act) else "tec-temperature-ranges",
             cause=Cause(message, "t_act"),
         )
         trial.must(
@@ -150,6 +155,11 @@ def _limit(trial: Trial, place: Target) -> None:
     for limit in (before["i_lim"] // 2, before["i_lim"] // 4):
         light.keeps(settings, {**before, "i_lim": limit}, "tec-limit-range")
     _judge_off(light, "TEC_SET_IOSETTINGS")
+
+
+def _suits_another(value: int) -> bool:
+    """Return whether a value is one of another sensor, perhaps in its unit."""
+    return any(low <= value <= high for low, high in _RANGES.values())
 
 
 def _judge_off(light: Light, message: str) -> None:

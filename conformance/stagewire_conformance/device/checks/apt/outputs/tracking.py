@@ -48,9 +48,11 @@ _SHARE: Final = 32767
 _IN_RANGE, _UNDER, _OVER = 1, 2, 3
 _MANUAL, _MANUAL_SET, _AUTO, _AUTO_SET = 2, 3, 1, 4
 _TIA: Final = 1
+_RULE_OF_RANGES: Final = {"TNA001": "nanotrak-ranges-tna", "KNA101": "kna101-ranges"}
+"""Unit -> the rule about the ranges that it has."""
 
-_MODE: Final = ("PZ_SET_NTMODE", "PZ_REQ_NTMODE", "PZ_GET_NTMODE")
-_STATUS: Final = ("PZ_REQ_NTSTATUSUPDATE", "PZ_GET_NTSTATUSUPDATE")
+MODE: Final = ("PZ_SET_NTMODE", "PZ_REQ_NTMODE", "PZ_GET_NTMODE")
+STATUS: Final = ("PZ_REQ_NTSTATUSUPDATE", "PZ_GET_NTSTATUSUPDATE")
 _HOME: Final = (
     "PZ_SET_NTCIRCHOMEPOS",
     "PZ_REQ_NTCIRCHOMEPOS",
@@ -74,15 +76,19 @@ RANGE = Kind(
         "nanotrak-ranges",
         "nanotrak-under-over",
         "nanotrak-manual-range",
+        "nanotrak-autorange-only",
+        "nanotrak-ranges-tna",
+        "kna101-ranges",
     ),
 )
 
 
-def _lacks_counts(declared: Declaration, allowed: Permissions, place: Target) -> str:
+def lacks_counts(declared: Declaration, allowed: Permissions, place: Target) -> str:
+    """Return why the allowed range does not suffice if it is not a range of counts; otherwise empty."""
     return lacks_unit(allowed, ("counts",), "counts of a NanoTrak, 0 to 65535")
 
 
-class _NanoTrak:
+class NanoTrak:
     """A NanoTrak during a check."""
 
     def __init__(self, trial: Trial, place: Target, channel: int) -> None:
@@ -96,19 +102,28 @@ class _NanoTrak:
         self.span = max(low, 0), min(high, _FULL)
 
     def send(self, message: Any) -> None:
+        """Send a message."""
         self.trial.line.send(message, self.place.address)
 
     def ask(self, request: Any) -> Any:
+        """Send a request, and return the message that answers it."""
         return self.trial.reply(request, self.place.address).message
 
+    def tracks(self) -> bool:
+        """Return whether the unit tracks."""
+        return self.ask(m.PzReqNtMode()).state in _TRACKING
+
     def status(self) -> Any:
+        """Return the status."""
         return self.ask(m.PzReqNtStatusUpdate(self.channel))
 
     def give_up(self, why: str) -> NoReturn:
+        """End the check without a verdict."""
         self.trial.inconclusive(why)
         raise EnoughError
 
     def inside(self, status: Any) -> bool:
+        """Return whether the circle is within the allowed range."""
         low, high = self.span
         return all(low <= at <= high for at in (status.circ_pos_a, status.circ_pos_b))
 
@@ -178,15 +193,15 @@ class _NanoTrak:
 @output_check(
     TRACKING,
     "{output} tracks the highest signal, latches, and goes to its home position",
-    messages=(*_MODE, *_STATUS, *_HOME),
+    messages=(*MODE, *STATUS, *_HOME),
     does="moves the circle of each NanoTrak within {range}: tracks on each axis, latches, moves it off the "
     "signal by its home position, and restores all",
     settings=True,
     seconds=5.8,
-    lacks=_lacks_counts,
+    lacks=lacks_counts,
 )
 def _track(trial: Trial, place: Target, channel: int) -> None:
-    unit = _NanoTrak(trial, place, channel)
+    unit = NanoTrak(trial, place, channel)
     mode, home = unit.ask(m.PzReqNtMode()), unit.ask(m.PzReqNtCircHomePos())
     if mode.state == _PIEZO:
         unit.give_up(f"{unit.text} is in piezo mode, in which it does not track")
@@ -214,7 +229,7 @@ def _track(trial: Trial, place: Target, channel: int) -> None:
     )
 
 
-def _one_axis(unit: _NanoTrak, best: Any, axis: int, name: str) -> None:
+def _one_axis(unit: NanoTrak, best: Any, axis: int, name: str) -> None:
     """Move the circle off the signal on one axis, and let it come back on this axis alone."""
     trial, mode = unit.trial, _TRACK + 1 + axis
     unit.set_mode(_LATCH)
@@ -265,15 +280,15 @@ def _near(one: Any, other: Any) -> bool:
 @output_check(
     RANGE,
     "The range of {output} can be set, and its readings agree with it",
-    messages=(*_RANGE, *_STATUS, *_INPUT, *_MODE),
+    messages=(*_RANGE, *STATUS, *_INPUT, *MODE),
     does="changes the range of each latched NanoTrak, and restores it",
     settings=True,
-    seconds=0.3,
-    lacks=_lacks_counts,
+    seconds=0.6,
+    lacks=lacks_counts,
 )
 def _range(trial: Trial, place: Target, channel: int) -> None:
-    unit = _NanoTrak(trial, place, channel)
-    if unit.ask(m.PzReqNtMode()).state in _TRACKING:
+    unit = NanoTrak(trial, place, channel)
+    if unit.tracks():
         unit.give_up(f"{unit.text} tracks, so its range was not changed")
     if unit.ask(m.PzReqNtFeedbackSrc()).feedback_src != _TIA:
         unit.give_up(f"{unit.text} has an external signal, which has no ranges")
@@ -281,6 +296,13 @@ def _range(trial: Trial, place: Target, channel: int) -> None:
     first = unit.status().range
     trial.undo(f"range of {unit.text}", partial(_restore, unit, before, first))
     scales = _full_scales(trial, place)
+    trial.must(
+        first in scales,
+        f"{unit.text}: PZ_GET_NTSTATUSUPDATE has range {first}; a {place.unit.name} has the ranges "
+        f"{min(scales)} to {max(scales)}",
+        rule=_RULE_OF_RANGES.get(place.unit.name, "nanotrak-ranges"),
+        cause=Cause("PZ_GET_NTSTATUSUPDATE", "range"),
+    )
     for code in sorted(scales):
         unit.send(
             m.PzSetNtTiaRangeParams(**{**before, "range_mode": _MANUAL_SET, "range_sw": code})
@@ -296,12 +318,13 @@ def _range(trial: Trial, place: Target, channel: int) -> None:
         _judge_reading(unit, now, scales[code])
     low, high = min(scales), max(scales)
     unit.send(m.PzSetNtTiaRangeParams(**{**before, "range_mode": _MANUAL, "range_sw": low}))
+    trial.line.listen(_PAUSE)
     now = unit.status().range
     trial.must(
         now == high,
         f"{unit.text}: PZ_SET_NTTIARANGEPARAMS with the mode {_MANUAL} should keep range {high}, but "
         f"PZ_GET_NTSTATUSUPDATE has range {now}",
-        rule="nanotrak-manual-range",
+        rule="nanotrak-manual-range" if now == low else "nanotrak-autorange-only",
         cause=Cause("PZ_SET_NTTIARANGEPARAMS", EFFECT),
     )
     unit.send(m.PzSetNtTiaRangeParams(**{**before, "range_mode": _AUTO, "range_sw": low}))
@@ -320,13 +343,13 @@ def _range(trial: Trial, place: Target, channel: int) -> None:
     )
 
 
-def _restore(unit: _NanoTrak, before: Mapping[str, int], first: int) -> None:
+def _restore(unit: NanoTrak, before: Mapping[str, int], first: int) -> None:
     """Restore the range and then the parameters, which may keep the present range."""
     unit.send(m.PzSetNtTiaRangeParams(**{**before, "range_mode": _MANUAL_SET, "range_sw": first}))
     unit.send(m.PzSetNtTiaRangeParams(**before))
 
 
-def _judge_reading(unit: _NanoTrak, now: Any, full_scale: float) -> None:
+def _judge_reading(unit: NanoTrak, now: Any, full_scale: float) -> None:
     """Compare the relative reading and the flag with the current and the range."""
     current, share = number_of(now.abs_reading, 4), now.rel_reading / _SHARE
     due = min(current / full_scale, 1.0)

@@ -155,6 +155,7 @@ KIND = Kind(
         "tsg-display-modes",
         "tsg-force-range",
         *later_rules.OF_VALUES,
+        *later_rules.OF_REPLIES,
     ),
 )
 
