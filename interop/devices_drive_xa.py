@@ -213,9 +213,13 @@ class Trial:
             self._drive(one)
         if hasattr(one, "set_sol_state"):
             one.set_sol_operating_mode(operating_mode="SOLENOID_MANUAL")
-            one.set_sol_state(state="SOLENOID_ON")
-            state = self.call("opens the shutter", one.get_sol_state)
-            self.expect("shutter is open", state is not None and state.state == 1, f"{state}")
+            for what, wanted in (
+                ("opens the shutter", "SOLENOID_ON"),
+                ("closes the shutter", "SOLENOID_OFF"),
+            ):
+                one.set_sol_state(state=wanted)
+                state = one.get_sol_state().state.name
+                self.expect(what, state == wanted, state)
         device_families.use(self, one)
 
     def _read(self, device: Any) -> None:

@@ -193,8 +193,8 @@ CASES = (
         known={
             **BYTES,
             **UPDATES,
-            "readback/*/PZ_SET_NTFEEDBACKSRC": "it reports the feedback source as 0",
-            "nanotrak-tracking/*": "the circle does not move to its home position",
+            "readback/*/PZ_SET_NTFEEDBACKSRC": "once set, the feedback source is read back as 0",
+            "nanotrak-tracking/*": "the circle moves to its home position on one axis only",
         },
         at_times={
             "answers/*/PZ_REQ_NTSTATUSUPDATE/1": "its relative signal is 32768, above the range (page 277)"
