@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -128,6 +130,22 @@ def test_the_monitor_has_a_row_for_each_channel_with_its_own_columns(
     }
     assert {row["channel_enabled"] for row in rows if row["part"] == "channel 3"} == {True}
     assert {row["channel_enabled"] for row in rows if row["part"] == "channel 1"} == {False}
+
+
+def test_the_recording_of_a_move_has_the_columns_of_its_channel(
+    stagewire: Stagewire, attach: Attach, tmp_path: Path
+) -> None:
+    file = tmp_path / "move.csv"
+    words = ("--channel", "3", "--counts", "--to", "200", "--enable", "--yes", "--csv", str(file))
+    with virtual.KIM101() as kim:
+        attach(kim)
+        result = stagewire("move", URL, "--unit", "KIM101", *words)
+    assert result.code == 0, result.err
+    with file.open(encoding="utf-8", newline="") as lines:
+        rows = list(csv.DictReader(lines))
+    assert "position_3_counts" not in rows[0]
+    assert {row["channel_enabled"] for row in rows} == {"True"}
+    assert 0 < int(rows[-1]["position_counts"]) <= 200
 
 
 def test_only_units_whose_channels_exclude_each_other_announce_that_others_are_disabled(

@@ -26,6 +26,7 @@ class Rows:
     :param kinds: classes of its status messages -> the classes of their values.
     :param scales: part -> its scales; they decide which columns are in engineering units.
     :param channel: field for the channel, which is not a column; None: no message has one.
+    :param numbers: part -> the number of its channel, counted from 1; 0 for a part that is not a channel.
     """
 
     def __init__(
@@ -34,9 +35,11 @@ class Rows:
         kinds: Mapping[type[Message], type[Values[Any]]],
         scales: Mapping[str, Scales],
         channel: str | None,
+        numbers: Mapping[str, int],
     ) -> None:
         self._unit = unit
         self._channel = channel
+        self._numbers = dict(numbers)
         self._several = len(scales) > 1
         self.columns: dict[str, type] = {TIME: float, CLOCK: str}
         """The names of the columns, in order, and their types; a number in units ends in its unit."""
@@ -71,12 +74,13 @@ class Rows:
         Of a status with the fields of all channels, such as ``position_1`` to ``position_4``, the row of a
         channel has only its own, without the number.
         """
-        blocks = _blocks(message, self._unit.channels) if self._several else {}
+        number = self._numbers[part]
+        blocks = _blocks(message, self._unit.channels) if number else {}
         for name, kind, value in self._all_columns(message, values, scales):
             field = vars(values)[value].field if value else ""
             if field not in blocks:
                 yield name, kind, value
-            elif blocks[field][1] == _channel_of(part) and blocks[field][0] != _CHANNEL:
+            elif blocks[field][1] == number and blocks[field][0] != _CHANNEL:
                 yield name.replace(field, blocks[field][0], 1), kind, value
 
     def _all_columns(
@@ -137,12 +141,6 @@ def _blocks(message: type[Message], channels: int) -> dict[str, tuple[str, int]]
         {name for name, at in found.values() if at == number} for number in range(1, channels + 1)
     ]
     return found if channels > 1 and all(each == names[0] for each in names) else {}
-
-
-def _channel_of(part: str) -> int:
-    """Return the number of a channel such as ``channel 3``; 0 for any other part."""
-    kind, _, number = part.rpartition(" ")
-    return int(number) if kind.endswith("channel") else 0
 
 
 def _with_quantity(described: InUnits, name: str) -> str:

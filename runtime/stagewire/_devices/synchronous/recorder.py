@@ -140,6 +140,7 @@ class Recorder:
             kinds,
             {name: part.scales() for name, part in self._parts.items()},
             next((field for field in channels if field), None),
+            {name: _number(part) for name, part in self._parts.items()},
         )
         self._begin = first.now()
         try:
@@ -334,6 +335,12 @@ class Recorder:
                 self._add(name, status)
                 self._answered.add(name)
                 self._silent.pop(name, None)
+
+
+def _number(part: Endpoint) -> int:
+    """Return the number of a channel, counted from 1; 0 for a part that is not a channel."""
+    idents = part.connection.unit.channel_idents
+    return idents.index(part.channel) + 1 if part.channel in idents else 0
 
 
 def _query(part: Endpoint) -> ParameterSet[Any] | Query[Any]:
