@@ -3097,6 +3097,9 @@ static inline apt_status apt_pz_get_ntgainparams_decode(
  *
  * PZ_SET_NTTIALPFILTERPARAMS (0x0636), to the controller, 20 bytes of data; Issue 37, page 268.
  *
+ * Erratum apt37-list-nt-low-pass-filter: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the
+ * list.
+ *
  * Erratum apt37-nt-lpfilter-example-title: printed sets the filter to 1 Hz; encoded 5, the filter
  * of 100 Hz.
  */
@@ -3213,6 +3216,9 @@ static inline apt_status apt_pz_set_nttialpfilterparams_decode(
  *
  * PZ_REQ_NTTIALPFILTERPARAMS (0x0637), to the controller, header only; Issue 37, pages 268, 269.
  * Answered by PZ_GET_NTTIALPFILTERPARAMS.
+ *
+ * Erratum apt37-list-nt-low-pass-filter: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the
+ * list.
  */
 typedef struct apt_pz_req_nttialpfilterparams {
     /** Unused parameter byte; from 0 to 255. */
@@ -3310,6 +3316,9 @@ static inline apt_status apt_pz_req_nttialpfilterparams_decode(
  * has no influence on the tracking. Not on the KNA101.
  *
  * PZ_GET_NTTIALPFILTERPARAMS (0x0638), to the host, 20 bytes of data; Issue 37, pages 268, 269.
+ *
+ * Erratum apt37-list-nt-low-pass-filter: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the
+ * list.
  */
 typedef struct apt_pz_get_nttialpfilterparams {
     /** Param1 in the byte table; see enum apt_tia_lp_filter; from -2147483648 to 2147483647. */
@@ -4029,6 +4038,10 @@ static inline apt_status apt_pz_req_ntstatusbits_decode(
  *
  * Evidence: vendor program and independent driver.
  *
+ * Erratum apt37-bnt-status-two-meanings: printed 0x00100000 and 0x00200000 twice: as the control
+ * modes of the channels, and as the digital inputs 1 and 2; encoded channel_a_closed_loop and
+ * channel_b_closed_loop, whose notes have both meanings.
+ *
  * Erratum apt37-ntstatusbits-length: printed 0A 00; encoded 06 00.
  */
 typedef struct apt_pz_get_ntstatusbits {
@@ -4123,6 +4136,10 @@ static inline apt_status apt_pz_get_ntstatusbits_decode(
  * PZ_GET_NTSTATUSBITS (0x063F), to the host, 6 bytes of data; Issue 37, page 274.
  *
  * The length in the text, and the offsets of the byte table.
+ *
+ * Erratum apt37-bnt-status-two-meanings: printed 0x00100000 and 0x00200000 twice: as the control
+ * modes of the channels, and as the digital inputs 1 and 2; encoded channel_a_closed_loop and
+ * channel_b_closed_loop, whose notes have both meanings.
  *
  * Erratum apt37-ntstatusbits-length: printed 0A 00; encoded 06 00.
  */
@@ -4315,6 +4332,10 @@ static inline apt_status apt_pz_req_ntstatusupdate_decode(
  * PZ_GET_NTSTATUSUPDATE (0x0665), to the host, 26 bytes of data; Issue 37, page 276.
  *
  * Evidence: vendor program.
+ *
+ * Erratum apt37-bnt-status-two-meanings: printed 0x00100000 and 0x00200000 twice: as the control
+ * modes of the channels, and as the digital inputs 1 and 2; encoded channel_a_closed_loop and
+ * channel_b_closed_loop, whose notes have both meanings.
  *
  * Erratum apt37-nt-absreading-range: printed 1 nA; encoded 0.
  *
@@ -5938,6 +5959,8 @@ static inline apt_status apt_nt_set_eepromparams_decode(
  *
  * The simulated KNA101 of the vendor's XA software does not answer the request; it has
  * KNA_KCUBEMMIPARAMS.
+ *
+ * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  */
 typedef struct apt_nt_set_tna_dispsettings {
     /** 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255. */
@@ -6031,6 +6054,8 @@ static inline apt_status apt_nt_set_tna_dispsettings_decode(
  *
  * NT_REQ_TNA_DISPSETTINGS (0x07E9), to the controller, header only; Issue 37, page 291. Answered by
  * NT_GET_TNA_DISPSETTINGS.
+ *
+ * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  */
 typedef struct apt_nt_req_tna_dispsettings {
     /** Always 0x01. */
@@ -6121,6 +6146,8 @@ static inline apt_status apt_nt_req_tna_dispsettings_decode(
  * Reports the display settings. Brightness of the display on a TNA001 or KNA101.
  *
  * NT_GET_TNA_DISPSETTINGS (0x07EA), to the host, 2 bytes of data; Issue 37, page 291.
+ *
+ * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  */
 typedef struct apt_nt_get_tna_dispsettings {
     /** 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255. */
@@ -6218,6 +6245,8 @@ static inline apt_status apt_nt_get_tna_dispsettings_decode(
  * Setting them changes the outputs and the input that the tracking follows.
  *
  * Evidence: vendor program and independent driver.
+ *
+ * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  *
  * Erratum apt37-tna-io-breakdown: printed 0 to 5V for 02, 00; encoded 0 to 10 V.
  *
@@ -6338,6 +6367,8 @@ static inline apt_status apt_nt_set_tnaiosettings_decode(
  * by NT_GET_TNAIOSETTINGS.
  *
  * Evidence: vendor program and independent driver.
+ *
+ * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  */
 typedef struct apt_nt_req_tnaiosettings {
     /** See enum apt_channel; from 0 to 255. */
@@ -6431,6 +6462,8 @@ static inline apt_status apt_nt_req_tnaiosettings_decode(
  * NT_GET_TNAIOSETTINGS (0x07ED), to the host, 8 bytes of data; Issue 37, pages 292, 293.
  *
  * Evidence: vendor program and independent driver.
+ *
+ * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  *
  * Erratum apt37-tnaiosettings-length: printed 04 00; encoded 08 00.
  */

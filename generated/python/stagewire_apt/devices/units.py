@@ -2830,7 +2830,6 @@ class _KNA101Calls(
     nanotrak.WithNtPhaseCompParams,
     nanotrak.WithNtTiaRangeParams,
     nanotrak.WithNtGainParams,
-    nanotrak.WithNtTiaLpFilterParams,
     nanotrak.WithNtTiaReading,
     nanotrak.WithNtFeedbackSrc,
     nanotrak.CanAckNtStatusUpdate,
@@ -2847,7 +2846,7 @@ class _KNA101Calls(
 class KNA101(_KNA101Calls):
     """K-Cube NanoTrak controller.
 
-    KNA101, Issue 37, page 24. Its messages: the printed lists, Issue 37, pages 24, 25.
+    KNA101, Issue 37, page 24. Its messages: the printed lists, Issue 37, pages 24, 25, 291.
 
     KNA101-IR on page 59. Its channels are its two piezo outputs (page 292). The messages of
     NanoTraks control both together, whatever channel they name; only the control mode and the loop
@@ -3576,8 +3575,6 @@ class _MNA601Calls(
     nanotrak.WithNtStatusUpdate,
     nanotrak.CanAckNtStatusUpdate,
     nanotrak.WithNtEepromParams,
-    nanotrak.WithTnaDispSettings,
-    nanotrak.WithTnaIoSettings,
 ):
     """The calls of a MNA601."""
 
@@ -3585,7 +3582,7 @@ class _MNA601Calls(
 class MNA601(_MNA601Calls):
     """NanoTrak module of the 19 inch rack.
 
-    MNA601, Issue 37, page 24. Its messages: the printed list, Issue 37, page 24.
+    MNA601, Issue 37, page 24. Its messages: the printed lists, Issue 37, pages 24, 268.
 
     MNA601/IR on page 33. Its channels are assumed as those of the BNT001.
 
@@ -4527,7 +4524,7 @@ class _TNA001Calls(
 class TNA001(_TNA001Calls):
     """T-Cube NanoTrak controller.
 
-    TNA001, Issue 37, page 24. Its messages: the printed list, Issue 37, page 24.
+    TNA001, Issue 37, page 24. Its messages: the printed lists, Issue 37, pages 24, 268, 291.
 
     It has no piezo outputs of its own and controls external piezo drivers. Its channels are assumed
     as those of the BNT001.

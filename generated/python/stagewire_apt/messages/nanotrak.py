@@ -2905,6 +2905,8 @@ class PzSetNtTiaLpFilterParams(FramedMessage):
     :param param_4: reserved, sent as zero.
     :param param_5: reserved, sent as zero.
 
+    Erratum ``apt37-list-nt-low-pass-filter``: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in
+        the list.
     Erratum ``apt37-nt-lpfilter-example-title``: printed sets the filter to 1 Hz; encoded 5, the
         filter of 100 Hz.
     """
@@ -3011,6 +3013,9 @@ class PzReqNtTiaLpFilterParams(FramedMessage):
 
     ``PZ_REQ_NTTIALPFILTERPARAMS`` (0x0637), to the controller, header only; Issue 37, pages 268,
     269. Answered by ``PZ_GET_NTTIALPFILTERPARAMS``.
+
+    Erratum ``apt37-list-nt-low-pass-filter``: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in
+        the list.
     """
 
     __slots__ = ("param1", "param2")
@@ -3084,6 +3089,9 @@ class PzGetNtTiaLpFilterParams(FramedMessage):
     :param param_3: reserved, sent as zero.
     :param param_4: reserved, sent as zero.
     :param param_5: reserved, sent as zero.
+
+    Erratum ``apt37-list-nt-low-pass-filter``: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in
+        the list.
     """
 
     __slots__ = ("filter_params", "param_2", "param_3", "param_4", "param_5")
@@ -3646,6 +3654,9 @@ class PzGetNtStatusBits(FramedMessage):
     :param status_bits: :class:`~.BntStatusBits`; from 0 to 4294967295.
     :param not_used: not in the document; reserved, sent as zero; 6 bytes.
 
+    Erratum ``apt37-bnt-status-two-meanings``: printed 0x00100000 and 0x00200000 twice: as the
+        control modes of the channels, and as the digital inputs 1 and 2; encoded
+        channel_a_closed_loop and channel_b_closed_loop, whose notes have both meanings.
     Erratum ``apt37-ntstatusbits-length``: printed 0A 00; encoded 06 00.
     """
 
@@ -3727,6 +3738,9 @@ class PzGetNtStatusBitsShort(FramedMessage):
     :param status_bits: :class:`~.BntStatusBits`; from 0 to 4294967295.
     :param not_used: two cells without a name in the table; reserved, sent as zero.
 
+    Erratum ``apt37-bnt-status-two-meanings``: printed 0x00100000 and 0x00200000 twice: as the
+        control modes of the channels, and as the digital inputs 1 and 2; encoded
+        channel_a_closed_loop and channel_b_closed_loop, whose notes have both meanings.
     Erratum ``apt37-ntstatusbits-length``: printed 0A 00; encoded 06 00.
     """
 
@@ -3891,6 +3905,9 @@ class PzGetNtStatusUpdate(FramedMessage):
     :param phase_comp_b: vertical phase compensation; in counts; scale to deg unknown; from -32768
         to 32767.
 
+    Erratum ``apt37-bnt-status-two-meanings``: printed 0x00100000 and 0x00200000 twice: as the
+        control modes of the channels, and as the digital inputs 1 and 2; encoded
+        channel_a_closed_loop and channel_b_closed_loop, whose notes have both meanings.
     Erratum ``apt37-nt-absreading-range``: printed 1 nA; encoded 0.
     Erratum ``apt37-nt-circpos-home``: printed coordinates of the circle home position; encoded the
         present position of the circle.
@@ -5288,6 +5305,9 @@ class NtSetTnaDispSettings(FramedMessage):
     KNA_KCUBEMMIPARAMS.
 
     :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
+
+    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
+        list.
     """
 
     __slots__ = ("disp_intensity",)
@@ -5353,6 +5373,9 @@ class NtReqTnaDispSettings(FramedMessage):
     Answered by ``NT_GET_TNA_DISPSETTINGS``.
 
     :param param1: always 0x01.
+
+    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
+        list.
     """
 
     __slots__ = ("param1", "param2")
@@ -5420,6 +5443,9 @@ class NtGetTnaDispSettings(FramedMessage):
     ``NT_GET_TNA_DISPSETTINGS`` (0x07EA), to the host, 2 bytes of data; Issue 37, page 291.
 
     :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
+
+    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
+        list.
     """
 
     __slots__ = ("disp_intensity",)
@@ -5497,6 +5523,8 @@ class NtSetTnaIoSettings(FramedMessage):
         from 0 to 65535.
     :param sign_io_route: only on the KNA101; :class:`~.SignalIoRoute`; from 0 to 65535.
 
+    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
+        list.
     Erratum ``apt37-tna-io-breakdown``: printed 0 to 5V for 02, 00; encoded 0 to 10 V.
     Erratum ``apt37-tna-io-example-bits``: printed 01, 10 and 00, 10; encoded 11 00 and 10 00.
     Erratum ``apt37-tnaiosettings-bits``: printed 75v; encoded nothing.
@@ -5604,6 +5632,9 @@ class NtReqTnaIoSettings(FramedMessage):
     Evidence: vendor program and independent driver.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
+
+    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
+        list.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -5679,6 +5710,8 @@ class NtGetTnaIoSettings(FramedMessage):
         from 0 to 65535.
     :param sign_io_route: only on the KNA101; :class:`~.SignalIoRoute`; from 0 to 65535.
 
+    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
+        list.
     Erratum ``apt37-tnaiosettings-length``: printed 04 00; encoded 08 00.
     """
 

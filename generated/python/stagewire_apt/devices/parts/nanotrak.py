@@ -1198,6 +1198,7 @@ class WithNtTiaLpFilterParams(Part):
         on the KNA101.
 
         ``PZ_REQ_NTTIALPFILTERPARAMS``, ``PZ_GET_NTTIALPFILTERPARAMS``, Issue 37, pages 268, 269.
+        Erratum ``apt37-list-nt-low-pass-filter``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1217,8 +1218,8 @@ class WithNtTiaLpFilterParams(Part):
         Filter of the readings that are sent to the host. It has no influence on the tracking. Not
         on the KNA101. All values are written in one frame.
 
-        ``PZ_SET_NTTIALPFILTERPARAMS``, Issue 37, page 268. Erratum
-        ``apt37-nt-lpfilter-example-title``.
+        ``PZ_SET_NTTIALPFILTERPARAMS``, Issue 37, page 268. Errata
+        ``apt37-list-nt-low-pass-filter``, ``apt37-nt-lpfilter-example-title``.
 
         :param filter_params: Param1 in the byte table; :class:`~.TiaLpFilter`: LP_NONE (0), LP_1HZ
             (1), LP_3HZ (2), LP_10HZ (3), LP_30HZ (4), LP_100HZ (5).
@@ -1244,8 +1245,8 @@ class WithNtTiaLpFilterParams(Part):
         one frame, under one lock. Returns the values written.
 
         ``PZ_REQ_NTTIALPFILTERPARAMS``, ``PZ_GET_NTTIALPFILTERPARAMS``,
-        ``PZ_SET_NTTIALPFILTERPARAMS``, Issue 37, pages 268, 269. Erratum
-        ``apt37-nt-lpfilter-example-title``.
+        ``PZ_SET_NTTIALPFILTERPARAMS``, Issue 37, pages 268, 269. Errata
+        ``apt37-list-nt-low-pass-filter``, ``apt37-nt-lpfilter-example-title``.
 
         :param filter_params: Param1 in the byte table; :class:`~.TiaLpFilter`: LP_NONE (0), LP_1HZ
             (1), LP_3HZ (2), LP_10HZ (3), LP_30HZ (4), LP_100HZ (5).
@@ -1384,8 +1385,8 @@ class WithNtStatusBits(Part):
         The length in the printed header. The simulated KNA101 of the vendor's XA software sends the
         bits and six zeros.
 
-        ``PZ_REQ_NTSTATUSBITS``, ``PZ_GET_NTSTATUSBITS``, Issue 37, page 274. Erratum
-        ``apt37-ntstatusbits-length``.
+        ``PZ_REQ_NTSTATUSBITS``, ``PZ_GET_NTSTATUSBITS``, Issue 37, page 274. Errata
+        ``apt37-bnt-status-two-meanings``, ``apt37-ntstatusbits-length``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1822,7 +1823,8 @@ class WithTnaDispSettings(Part):
 
         Brightness of the display on a TNA001 or KNA101.
 
-        ``NT_REQ_TNA_DISPSETTINGS``, ``NT_GET_TNA_DISPSETTINGS``, Issue 37, page 291.
+        ``NT_REQ_TNA_DISPSETTINGS``, ``NT_GET_TNA_DISPSETTINGS``, Issue 37, page 291. Erratum
+        ``apt37-list-nt-cube-settings``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1845,7 +1847,7 @@ class WithTnaDispSettings(Part):
         The simulated KNA101 of the vendor's XA software does not answer the request; it has
         KNA_KCUBEMMIPARAMS.
 
-        ``NT_SET_TNA_DISPSETTINGS``, Issue 37, page 291.
+        ``NT_SET_TNA_DISPSETTINGS``, Issue 37, page 291. Erratum ``apt37-list-nt-cube-settings``.
 
         :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
         :param percent: ``disp_intensity`` in percent; from 0 to 100.
@@ -1875,7 +1877,7 @@ class WithTnaDispSettings(Part):
         KNA_KCUBEMMIPARAMS.
 
         ``NT_REQ_TNA_DISPSETTINGS``, ``NT_GET_TNA_DISPSETTINGS``, ``NT_SET_TNA_DISPSETTINGS``, Issue
-        37, page 291.
+        37, page 291. Erratum ``apt37-list-nt-cube-settings``.
 
         :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
         :param percent: ``disp_intensity`` in percent; from 0 to 100.
@@ -1911,8 +1913,8 @@ class WithTnaIoSettings(Part):
         Range and connectors of the outputs of a TNA001 or KNA101, and the ports IO1 and IO2 of the
         KNA101.
 
-        ``NT_REQ_TNAIOSETTINGS``, ``NT_GET_TNAIOSETTINGS``, Issue 37, pages 292, 293. Erratum
-        ``apt37-tnaiosettings-length``.
+        ``NT_REQ_TNAIOSETTINGS``, ``NT_GET_TNAIOSETTINGS``, Issue 37, pages 292, 293. Errata
+        ``apt37-list-nt-cube-settings``, ``apt37-tnaiosettings-length``.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1937,8 +1939,9 @@ class WithTnaIoSettings(Part):
 
         Setting them changes the outputs and the input that the tracking follows.
 
-        ``NT_SET_TNAIOSETTINGS``, Issue 37, page 292. Errata ``apt37-tna-io-breakdown``,
-        ``apt37-tna-io-example-bits``, ``apt37-tnaiosettings-bits``, ``apt37-tnaiosettings-length``.
+        ``NT_SET_TNAIOSETTINGS``, Issue 37, page 292. Errata ``apt37-list-nt-cube-settings``,
+        ``apt37-tna-io-breakdown``, ``apt37-tna-io-example-bits``, ``apt37-tnaiosettings-bits``,
+        ``apt37-tnaiosettings-length``.
 
         :param lv_out_range: must suit the piezo driver; fixed on the KNA101;
             :class:`~.LvOutputRange`: RANGE_5V (1), RANGE_10V (2).
@@ -1983,8 +1986,8 @@ class WithTnaIoSettings(Part):
         Setting them changes the outputs and the input that the tracking follows.
 
         ``NT_REQ_TNAIOSETTINGS``, ``NT_GET_TNAIOSETTINGS``, ``NT_SET_TNAIOSETTINGS``, Issue 37,
-        pages 292, 293. Errata ``apt37-tna-io-breakdown``, ``apt37-tna-io-example-bits``,
-        ``apt37-tnaiosettings-bits``, ``apt37-tnaiosettings-length``.
+        pages 292, 293. Errata ``apt37-list-nt-cube-settings``, ``apt37-tna-io-breakdown``,
+        ``apt37-tna-io-example-bits``, ``apt37-tnaiosettings-bits``, ``apt37-tnaiosettings-length``.
 
         :param lv_out_range: must suit the piezo driver; fixed on the KNA101;
             :class:`~.LvOutputRange`: RANGE_5V (1), RANGE_10V (2).
