@@ -15,11 +15,11 @@ from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel, LiveState
 from stagewire_virtual.thorlabs_apt.piezo.actuator import (
     FULL_SCALE,
     READING_TIME,
-    StatusBits,
     finite,
     travel_and_share,
 )
 from stagewire_virtual.thorlabs_apt.piezo.panel import TriggerPorts
+from stagewire_virtual.thorlabs_apt.status_bits import StatusBits
 
 SAMPLE_TIME: Final = SECOND // 500
 """Readings are sampled at 500 Hz (page 129)."""
@@ -68,7 +68,7 @@ class StrainGauge(Behaviour):
         """The travel of the measured actuator, in steps of 100 nm."""
         self._noise = 0.0
         self._noise_seed = channel.random.getrandbits(64)
-        self._bits = StatusBits(channel.unit)
+        self._bits = StatusBits(channel.unit, "PZ_GET_PZSTATUSUPDATE")
         # Each signal with its first sample, at most one per sample; the readings only need the last ones.
         self._signals: deque[tuple[int, Signal]] = deque([(0, share)], _MOST_SAMPLES)
         self._zero = 0

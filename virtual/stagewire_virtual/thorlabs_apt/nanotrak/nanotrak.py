@@ -7,7 +7,6 @@ from typing import Any, Final
 
 from stagewire import Frame
 from stagewire.devices import number_of, pattern_of
-from stagewire_virtual.instrument import Unit
 from stagewire_virtual.thorlabs_apt.channel import (
     Behaviour,
     Channel,
@@ -26,6 +25,7 @@ from stagewire_virtual.thorlabs_apt.nanotrak.signal import (
     seeded_spot,
 )
 from stagewire_virtual.thorlabs_apt.nanotrak.tracker import Scan, Tracker
+from stagewire_virtual.thorlabs_apt.status_bits import StatusBits
 
 _PIEZO, _LATCH = 1, 2  # modes (page 249) and states (page 250)
 _AXES: Final[Mapping[int, tuple[bool, bool]]] = {
@@ -112,7 +112,7 @@ class NanoTrak(Behaviour):
         self._leads = first is self
         self._core: _Core = _Core(channel) if self._leads else first._core
         self._core.channels.append(channel)
-        self._bits = _status_bits(channel.unit)
+        self._bits = StatusBits(channel.unit, "PZ_GET_NTSTATUSUPDATE")
         if self._leads:
             self.power_on()
 
@@ -297,8 +297,7 @@ class NanoTrak(Behaviour):
             "active",
             "channel_enabled",
         )
-        names = {*always, *(name for name, holds in named.items() if holds)}
-        return {"status_bits": sum(mask for name, mask in self._bits.items() if name in names)}
+        return {"status_bits": self._bits.value({**dict.fromkeys(always, True), **named})}
 
     def status(self) -> Mapping[str, int]:
         """Return the present status message (page 276)."""
@@ -360,11 +359,3 @@ class NanoTrak(Behaviour):
 
 def _closed_loop(channel: Channel) -> bool:
     return channel.parameter("PZ_POSCONTROLMODE", "mode") in _CLOSED_LOOP_MODES
-
-
-def _status_bits(unit: Unit) -> Mapping[str, int]:
-    """Return the status bits of a unit: name -> mask."""
-    layouts = unit.message("PZ_GET_NTSTATUSUPDATE")["layouts"]
-    field = next(field for field in layouts[0]["fields"] if field["name"] == "status_bits")
-    table = field["flags_by_unit"].get(unit.name, field["flag_table"])
-    return {name: bit["mask"] for name, bit in unit.registry["flags"][table]["bits"].items()}

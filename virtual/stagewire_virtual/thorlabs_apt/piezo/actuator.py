@@ -1,7 +1,6 @@
 """An actuator with a strain gauge: its counts, its travel and its first reading.
 
-Also has the parameters of a new piezo channel, its maximum voltage, and its status bits by name, in the table
-that the registry assigns to the unit (pages 101 to 104).
+Also has the parameters of a new piezo channel and its maximum voltage.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ from stagewire_apt.enumerations import (
 from stagewire_apt.flags import LutOutputMode, OutputMaxVoltsFlags
 from stagewire_virtual.clock import SECOND
 from stagewire_virtual.errors import BadOptionError
-from stagewire_virtual.instrument import Unit
 from stagewire_virtual.options import Settings
 from stagewire_virtual.thorlabs_apt.channel import Channel
 
@@ -64,25 +62,6 @@ def finite(share: float) -> float:
     if not math.isfinite(share):
         raise BadValueError(f"a signal must be a fraction of full scale, such as 0.5, not {share}")
     return share
-
-
-class StatusBits:
-    """The bits in ``PZ_GET_PZSTATUSUPDATE`` of a unit.
-
-    The document has tables for the TPZ001 and the BPC series. MPZ601 and TSG001 use the table of the BPC
-    series, which has more bits and does not contradict the other one.
-    """
-
-    def __init__(self, unit: Unit) -> None:
-        (layout,) = unit.message("PZ_GET_PZSTATUSUPDATE")["layouts"]
-        field = next(field for field in layout["fields"] if field["name"] == "status_bits")
-        table = field["flags_by_unit"].get(unit.name, field["flag_table"])
-        bits = unit.registry["flags"][table]["bits"]
-        self._masks: dict[str, int] = {name: bit["mask"] for name, bit in bits.items()}
-
-    def value(self, states: Mapping[str, bool]) -> int:
-        """Return the word with the named bits set; names that are not in the table are ignored."""
-        return sum(mask for name, mask in self._masks.items() if states.get(name))
 
 
 LIMITS: Final[Mapping[int, int]] = {

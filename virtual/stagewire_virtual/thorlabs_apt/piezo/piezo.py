@@ -25,7 +25,6 @@ from stagewire_virtual.thorlabs_apt.piezo.actuator import (
     DEFAULTS,
     FULL_SCALE,
     LIMITS,
-    StatusBits,
     finite,
     maximum_volts,
     travel_and_share,
@@ -33,6 +32,7 @@ from stagewire_virtual.thorlabs_apt.piezo.actuator import (
 from stagewire_virtual.thorlabs_apt.piezo.drive import CLOSED_LOOP_MODES, Drive
 from stagewire_virtual.thorlabs_apt.piezo.panel import TriggerPorts, Wheel
 from stagewire_virtual.thorlabs_apt.piezo.waveform import WaveformGenerator
+from stagewire_virtual.thorlabs_apt.status_bits import StatusBits
 
 
 def refusal(message: FramedMessage, drive: Drive) -> str | None:
@@ -103,7 +103,7 @@ class Piezo(Behaviour):
         self.digital_inputs = 0
         """Levels of the digital inputs, bit 0 for input 1; the status bits of BPC units report them."""
         self._drive = Drive(channel, share * FULL_SCALE if self.travel else None)
-        self._bits = StatusBits(channel.unit)
+        self._bits = StatusBits(channel.unit, "PZ_GET_PZSTATUSUPDATE")
         self._wheel = Wheel(channel, lambda: self._drive.closed_loop)
         self.ports = TriggerPorts(channel, self._step, lambda: self._drive.position / FULL_SCALE)
         """The trigger ports of a K-Cube."""
