@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator
-from fnmatch import fnmatchcase
+from fnmatch import translate
 from typing import Any
 
 from stagewire_generator.model import Message
@@ -104,10 +105,14 @@ _RESOLVED = {"commands": "messages", "setup_commands": "messages"}
 def _matcher(pattern: str) -> Callable[..., bool]:
     """Return a function that tells whether one of some names matches an alternative of a pattern."""
     parts = pattern.split("|")
-    wild = [part for part in parts if not part.isidentifier()]
+    named = frozenset(parts)
+    wild = "|".join(translate(part) for part in parts if not part.isidentifier())
+    like = re.compile(wild).match if wild else None
 
     def matches(*names: str) -> bool:
-        return any(name in parts or any(fnmatchcase(name, part) for part in wild) for name in names)
+        if not named.isdisjoint(names):
+            return True
+        return like is not None and any(map(like, names))
 
     return matches
 

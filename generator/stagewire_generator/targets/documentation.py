@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 from stagewire_generator.model import Chapter, Erratum, Layout, Message, Protocol
@@ -148,12 +149,17 @@ def sentence(text: str) -> str:
     return text if text.endswith(".") else text + "."
 
 
+@lru_cache(maxsize=1)
+def _noted_errata(protocol: Protocol) -> dict[str, tuple[int, Erratum]]:
+    """Return slug -> position and erratum, without cosmetic ones."""
+    numbered = enumerate(protocol.errata)
+    return {e.id: (number, e) for number, e in numbered if e.kind != "cosmetic"}
+
+
 def errata_of(protocol: Protocol, slugs: Iterable[str]) -> list[Erratum]:
     """Return the errata with these slugs, without cosmetic ones, in the order of the registry."""
-    wanted = set(slugs)
-    if not wanted:
-        return []
-    return [e for e in protocol.errata if e.id in wanted and e.kind != "cosmetic"]
+    noted = _noted_errata(protocol)
+    return [erratum for _, erratum in sorted(noted[slug] for slug in {*slugs} & noted.keys())]
 
 
 def erratum_text(erratum: Erratum, markup: Markup) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 from stagewire_generator.model import Layout, Message, Protocol
 from stagewire_generator.model_fields import Enumeration, EnumValue, Field, FlagBit, FlagTable
@@ -20,9 +21,10 @@ def said_by(protocol: Protocol, unit: UnitPlan) -> Iterator[tuple[Message, Layou
     unit with several channels, this applies to all forms of the message.
     """
     status, several = unit.entry.get("status"), unit.entry.get("channels", 1) > 1
+    joint_forms = _joint_forms(protocol)
     for message in protocol.messages:
         if message.name in unit.messages:
-            joint = {layout.form for layout in message.layouts if _is_joint(layout)}
+            joint = joint_forms.get(message.name, frozenset())
             for layout in message.layouts if not (several and joint) else ():
                 said = message.direction == "to_host" or layout.form == "reply"
                 if (
@@ -35,9 +37,18 @@ def said_by(protocol: Protocol, unit: UnitPlan) -> Iterator[tuple[Message, Layou
 
 def has_joint_status(protocol: Protocol, unit: UnitPlan) -> bool:
     """Whether a unit with several channels reports their status together."""
-    messages = [message for message in protocol.messages if message.name in unit.messages]
     several = unit.entry.get("channels", 1) > 1
-    return several and any(_is_joint(layout) for message in messages for layout in message.layouts)
+    return several and not _joint_forms(protocol).keys().isdisjoint(unit.messages)
+
+
+@lru_cache(maxsize=1)
+def _joint_forms(protocol: Protocol) -> dict[str, frozenset[str]]:
+    """Return the forms that have the status of several channels: name of the message -> forms."""
+    found = {
+        message.name: frozenset(layout.form for layout in message.layouts if _is_joint(layout))
+        for message in protocol.messages
+    }
+    return {name: forms for name, forms in found.items() if forms}
 
 
 def _is_joint(layout: Layout) -> bool:
