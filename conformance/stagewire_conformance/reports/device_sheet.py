@@ -143,7 +143,10 @@ def missed(report: Report, checks: Sequence[Check]) -> Iterator[str]:
     for need in Need:
         needing = [check for check in checks if need in check.needs]
         ran = [outcomes[check.id] for check in needing if check.id in outcomes]
-        if need not in report.allowed.granted or not needing:
+        if need not in report.allowed.granted:
+            continue
+        if not needing:
+            yield f"{_WHAT[need]} was planned"
             continue
         if any(outcome.result in _DECIDED for outcome in ran):
             continue

@@ -206,6 +206,13 @@ def test_a_report_says_that_checks_with_a_permission_were_not_selected() -> None
     assert "no check that moves produced a result: none was selected" in clauses
 
 
+def test_a_report_names_a_permission_that_no_check_of_the_unit_needs() -> None:
+    on, allowed = bench("TDC001", "Z8"), Permissions(laser=True)
+    report = run_on(on, ("answers",), allowed=allowed)
+    clauses = list(missed(report, plan(on.declared, allowed)))
+    assert clauses == ["no check that switches a laser on was planned"]
+
+
 def every_third(change: Change) -> Change:
     """Apply a change to every third message."""
     count = [0]

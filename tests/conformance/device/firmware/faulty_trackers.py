@@ -232,6 +232,13 @@ _SET_NAMES = {
     _DEMANDS: "QUAD_SET_POSDEMANDPARAMS",
     _OUTPUTS: "QUAD_SET_POSITIONOUTPUTS",
 }
+
+
+def _unlimited(frame: Frame) -> list[Frame]:
+    """Return the status with an output at its end, if the loop is closed."""
+    return [_with(frame, **{f"v{_X_POS}": 32767}) if _value(frame, _BITS) & 0b100 else frame]
+
+
 _STATUSES_OF_ALIGNERS = [
     ("the differences are exchanged", "quad-mode", _exchanged(_X_DIFF, _Y_DIFF)),
     ("a difference is inverted", "quad-mode", _times(-1, _Y_DIFF)),
@@ -242,6 +249,7 @@ _STATUSES_OF_ALIGNERS = [
     ),
     ("an output in the status is inverted", "quad-mode quad-outputs", _times(-1, _X_POS)),
     ("the status bits are one place too high", "quad-mode", _times(2, _BITS)),
+    ("an output in closed loop is not limited", "quad-loop", _unlimited),
     ("the status always shows open loop", "quad-mode", _words(_BITS, v1=2, v4=2)),
 ]
 

@@ -105,6 +105,8 @@ class Axis:
         assert query is not None
         assert query.req is not None  # every unit with motors has a status that can be requested
         self._request = trial.declared.make(query.req.layout.message, channel)
+        self.watched = 0.0
+        """The time at which the last motion had been watched."""
         self.start = 0
         """The position to which it returns at the end."""
         self.backlash = 0
@@ -359,6 +361,10 @@ class Axis:
     def pause(self, seconds: float) -> None:
         """Wait, and keep all messages in the inbox."""
         self.trial.line.pause(seconds)
+
+    def pause_after_motion(self, seconds: float) -> None:
+        """Wait until some seconds have passed since the last motion. Motors that moved together wait once."""
+        self.pause(max(self.watched + seconds - self.trial.line.now, 0.0))
 
     def halt(self) -> Status:
         """Stop the motor immediately and return its status at rest; disable it if it ignores the stop.

@@ -66,7 +66,7 @@ def judge_over(
     :param strays: decides that it is there.
     :param ignored: decides, from its status at rest, that a stop had no effect.
     """
-    axis.pause(SETTLES)
+    axis.pause_after_motion(SETTLES)
     status = axis.status()
     if seen.after is None or abs(status.position - seen.after) <= HELD:
         return True

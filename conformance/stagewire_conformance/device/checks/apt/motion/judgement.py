@@ -265,7 +265,7 @@ def judge_rest(
     :param end: the end message, whose content must be right, and must still hold.
     :param seen: the observed motion, if the motor was stopped.
     """
-    axis.pause(SETTLES)
+    axis.pause_after_motion(SETTLES)
     status = axis.status()  # only once: a second request would hide a status that lags by one
     if end is not None and seen is not None:
         _judge_jump(axis, told, end, status, seen.slowing[-_BEFORE:])

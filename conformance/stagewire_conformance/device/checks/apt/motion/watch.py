@@ -175,6 +175,8 @@ def watch(
             is_done = done is not None and done(axis, status)
             each.over = stands or is_done
     _take(seen, line.listen(_BEHIND), line.now - began)
+    for axis in axes:
+        axis.watched = line.now
     return seen
 
 

@@ -56,6 +56,18 @@ def bits_are_known(place: Target) -> bool:
     return place.unit.name in _WITH_BITS or place.unit.name.startswith("BPC")
 
 
+def needs_a_gauge(piezo: Piezo, bits: BpcStatusBits) -> None:
+    """End the check without a verdict unless the status bits are known and report a strain gauge."""
+    name = piezo.place.unit.name
+    if not bits_are_known(piezo.place):
+        piezo.give_up(
+            f"{piezo.text}: no source defines the status bits of a {name}, so it is unknown whether it has a "
+            "strain gauge"
+        )
+    if not bits.strain_gauge_connected:
+        piezo.give_up(f"{piezo.text} does not report a strain gauge")
+
+
 @dataclass(frozen=True)
 class PiezoStatus:
     """The content of a status message (page 103).

@@ -31,6 +31,7 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import (
     Others,
     Piezo,
     bits_are_known,
+    needs_a_gauge,
 )
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, parameter_sets
 
@@ -174,8 +175,7 @@ def _enter_closed_loop(piezo: Piezo) -> tuple[int, int]:
     span = piezo.span("piezo_position")
     piezo.begin()
     status = piezo.status()
-    if not (bits_are_known(piezo.place) and status.bits.strain_gauge_connected):
-        piezo.give_up(f"{piezo.text} does not report a strain gauge, so its loop was not closed")
+    needs_a_gauge(piezo, status.bits)
     set_position = piezo.set_position
     for what, value in (("is at", status.position), ("would go to", set_position)):
         piezo.trial.need(

@@ -15,7 +15,7 @@ from stagewire_conformance.device.checks.apt.outputs.piezo import (
     FULL_SCALE,
     OPEN,
     Piezo,
-    bits_are_known,
+    needs_a_gauge,
 )
 
 if TYPE_CHECKING:
@@ -78,8 +78,7 @@ def _zero(trial: Trial, place: Target, channel: int) -> None:
         piezo.give_up(f"{piezo.text}: zeroing outputs 0 V; allow a range that includes it")
     piezo.begin()
     first = piezo.status()
-    if not (bits_are_known(place) and first.bits.strain_gauge_connected):
-        piezo.give_up(f"{piezo.text} does not report a strain gauge")
+    needs_a_gauge(piezo, first.bits)
     trial.undo(
         f"output voltage of {piezo.text}",
         lambda: piezo.send(m.PzSetOutputVolts(channel, before)),
