@@ -324,6 +324,8 @@ class NotReadyError(StagewireError):
     """The controller is in a state in which the motion cannot succeed; the motion was not sent.
 
     For example, its velocity parameters are 0, its home parameters cannot home, or its channel is disabled.
+    A call that reads back what it has written, such as ``open_shutter()``, raises it if the controller
+    reports another state.
 
     :param causes: short descriptions of the state, such as ``home_velocity is 0``.
     """

@@ -104,6 +104,13 @@ _CALL = Data(
         "reading": "call",
         **dict.fromkeys(("attribute/name", "attribute/value"), "call"),
         "also/*": Entries("method", "call", "call"),
+        "presets/*": Entries("method", "call", "call"),
+        "presets/*/summary": "text",
+        "presets/*/confirmed": "text",
+        **{
+            f"presets/*/{key}/*": Entries("field", "call-default", "call-default")
+            for key in ("values", "otherwise")
+        },
         "defaults/*": Entries("field", "call-default", "call-default"),
     }
 )

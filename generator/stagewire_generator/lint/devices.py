@@ -68,6 +68,7 @@ def check_devices(
     messages = {message.name: message for message in protocol.messages}
     for message in protocol.messages:
         _defaults(protocol, message, diagnostics)
+        _presets(message, diagnostics)
         _halts(protocol, message, messages, diagnostics)
         _asked(protocol, message, messages, diagnostics)
         _required(message, messages, diagnostics)
@@ -95,12 +96,16 @@ def _answer(message: Message, messages: dict[str, Message]) -> list[Field]:
 
 
 def _attribute(message: Message, diagnostics: Diagnostics) -> None:
-    """Check that an attribute of device classes is a value with a unit of a parameter set."""
+    """Check that an attribute of device classes is a value with a unit or a name of a parameter set."""
     facts = message.call.get("attribute")
     if facts is None or (message.set is not None and message.set[1] == "req"):
         return
-    if message.set is None or not any(f.quantity for x in message.layouts for f in x.all_fields):
-        what = f"{message.name}: an attribute is a value with a unit of a parameter set"
+    if message.set is None or not any(
+        f.quantity or (f.name == facts["value"] and (f.enum or f.flags))
+        for x in message.layouts
+        for f in x.all_fields
+    ):
+        what = f"{message.name}: an attribute is a value with a unit or a name of a parameter set"
         diagnostics.add(message.place, "SW035", what)
     if keyword.iskeyword(facts["name"]):
         diagnostics.add(message.place, "SW023", f"{message.name}: {facts['name']} is reserved")
@@ -133,6 +138,26 @@ def _defaults(protocol: Protocol, message: Message, diagnostics: Diagnostics) ->
         elif isinstance(value, int) and not field.minimum <= value <= field.maximum:
             what = f"{where}: {value} is not between {field.minimum} and {field.maximum}"
             diagnostics.add(message.place, "SW033", what)
+
+
+def _presets(message: Message, diagnostics: Diagnostics) -> None:
+    """Check the methods that send fixed values."""
+    if message.set is not None and message.set[1] != "set":
+        return
+    fields = {field.name: field for field in _sent(message)}
+    for method, preset in message.call.get("presets", {}).items():
+        if keyword.iskeyword(method):
+            what = f"{message.name}: the method name {method} is reserved"
+            diagnostics.add(message.place, "SW023", what)
+        for name, value in (*preset["values"].items(), *preset.get("otherwise", {}).items()):
+            field, where = fields.get(name), f"{message.name}: {method}"
+            if field is None:
+                diagnostics.add(message.place, "SW021", f"{where}: unknown field {name}")
+            elif isinstance(value, str) and value not in _names(field.enum):
+                diagnostics.add(message.place, "SW021", f"{where}: unknown value {value}")
+        if "confirmed" in preset and message.set is None:
+            what = f"{message.name}: {method}: only a parameter set can be read back"
+            diagnostics.add(message.place, "SW035", what)
 
 
 def _names(table: Enumeration | None) -> list[str]:

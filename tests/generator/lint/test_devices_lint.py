@@ -117,7 +117,7 @@ FRAMED = [
         TINY,
         "{name: go}",
         "{name: go, attribute: {name: place, value: mm}}",
-        "SW035 POS_MOVE: an attribute is a value with a unit of a parameter set",
+        "SW035 POS_MOVE: an attribute is a value with a unit or a name of a parameter set",
     ),
     (
         TINY,

@@ -37,7 +37,6 @@ __all__ = [
     "ENC_COUNTER",
     "FIND_TIA_GAIN",
     "GEN_MOVE_PARAMS",
-    "HOME",
     "HOME_PARAMS",
     "HUB_BAY_USED",
     "IDENTIFY",
@@ -96,12 +95,12 @@ __all__ = [
     "MMI_PARAMS",
     "MOD_DIG_OUTPUTS",
     "MOT_EEPROM_PARAMS",
+    "MOT_HOME",
     "MOT_STATUS_BITS",
     "MOT_TRIG_IO_CONFIG",
     "MOVE_ABSOLUTE",
     "MOVE_ABSOLUTE_STORED",
     "MOVE_ABS_PARAMS",
-    "MOVE_NT_CIRC_TO_HOME_POS",
     "MOVE_RASTER",
     "MOVE_RELATIVE",
     "MOVE_RELATIVE_STORED",
@@ -176,6 +175,7 @@ __all__ = [
     "PZMOT_STATUS_UPDATE",
     "PZMOT_STOP",
     "PZ_EEPROM_PARAMS",
+    "PZ_HOME",
     "PZ_STATUS_BITS",
     "PZ_STATUS_UPDATE",
     "QUAD_ACK_STATUS_UPDATE",
@@ -4255,7 +4255,7 @@ YES_FLASH_PROGRAMMING = Command("yes_flash_programming", message=m.HwYesFlashPro
 
 NO_FLASH_PROGRAMMING = Command("no_flash_programming", message=m.HwNoFlashProgramming)
 
-HOME = Action(
+MOT_HOME = Action(
     "home",
     message=m.MotMoveHome,
     ends=Ends(
@@ -4576,7 +4576,7 @@ SET_NT_MODE = Command(
     given=(Given("state", "state", choices=e.NanotrakMode, minimum=0, maximum=255),),
 )
 
-MOVE_NT_CIRC_TO_HOME_POS = Command("move_nt_circ_to_home_pos", message=m.PzMoveNtCircToHomePos)
+PZ_HOME = Command("home", message=m.PzMoveNtCircToHomePos)
 
 ACK_NT_STATUS_UPDATE = Command("ack_nt_status_update", message=m.PzAckNtStatusUpdate)
 

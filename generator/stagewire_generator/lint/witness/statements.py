@@ -33,7 +33,7 @@ _ENTRY = 2  # parts of the path of an entry, such as units/TDC001
 
 _PROSE = frozenset(
     {"page", "pages", "more_pages", "title", "summary", "note", "source", "printed", "document", "chapter",
-     "order", "unknown", "spelling", "witness"}
+     "order", "confirmed", "unknown", "spelling", "witness"}
 )  # fmt: skip
 """Keys of texts for people, of references to the document, of the words of a name, and of this check."""
 

@@ -105,6 +105,16 @@ class Part(PartBase):
     async def _set(self, table: ParameterSet[Any], timeout: float | None, **given: object) -> None:
         await calls.set_all(self._at, table, timeout, given)
 
+    async def _establish(
+        self,
+        table: ParameterSet[Any],
+        timeout: float | None,
+        causes: str,
+        otherwise: Mapping[str, object],
+        **given: object,
+    ) -> None:
+        await calls.establish(self._at, table, timeout, given, causes=causes, otherwise=otherwise)
+
     async def _change(self, table: ParameterSet[V], timeout: float | None, **given: object) -> V:
         return await calls.change(self._at, table, timeout, given)
 

@@ -20,6 +20,7 @@ from stagewire._devices.tables import Action, Command, Given, ParameterSet, Quer
 from stagewire._devices.values import Values
 from stagewire.errors import (
     MotionUnderWayError,
+    NotReadyError,
     OutOfRangeError,
     ReplyTimeoutError,
     StagewireError,
@@ -156,6 +157,39 @@ def set_all(
     deadline = endpoint.deadline(endpoint.seconds(timeout))
     with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
         write(endpoint, table, message, deadline)
+
+
+def establish(
+    endpoint: Endpoint,
+    table: ParameterSet[Any],
+    timeout: float | None,
+    given: Keywords,
+    *,
+    causes: str,
+    otherwise: Keywords,
+) -> None:
+    """Write the parameters of a set, and read them back.
+
+    :param causes: why the controller may report other values, and what to do.
+    :param otherwise: values that are written if it does, or if it does not answer.
+
+    Raise :class:`~stagewire.errors.NotReadyError` if it reports other values.
+    """
+    deadline = endpoint.deadline(endpoint.seconds(timeout))
+    set_all(endpoint, table, deadline.left, given)
+    try:
+        read = _ask(endpoint, table, deadline.left, {})
+        other = {k: v for k, wanted in given.items() if (v := getattr(read, k)) != wanted}
+        if other:
+            reported = ", ".join(f"{key} {value.name}" for key, value in other.items())
+            raise NotReadyError(
+                f"{endpoint.name}: {table.name}: the controller reports {reported}. {causes}",
+                (causes,),
+            )
+    except StagewireError:
+        if otherwise:
+            set_all(endpoint, table, timeout, otherwise)
+        raise
 
 
 def change(endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, given: Keywords) -> V:

@@ -105,6 +105,16 @@ class Part(PartBase):
     def _set(self, table: ParameterSet[Any], timeout: float | None, **given: object) -> None:
         calls.set_all(self._at, table, timeout, given)
 
+    def _establish(
+        self,
+        table: ParameterSet[Any],
+        timeout: float | None,
+        causes: str,
+        otherwise: Mapping[str, object],
+        **given: object,
+    ) -> None:
+        calls.establish(self._at, table, timeout, given, causes=causes, otherwise=otherwise)
+
     def _change(self, table: ParameterSet[V], timeout: float | None, **given: object) -> V:
         return calls.change(self._at, table, timeout, given)
 

@@ -767,6 +767,43 @@ class WithOperMode(Part):
         """
         return await self._change(t.OPER_MODE, timeout, mode=mode)
 
+    @property
+    async def mode(self) -> e.QuadOperatingMode | int:
+        """Operating mode.
+
+        Each access sends a request, and an assignment a message.
+
+        ``QUAD_SET_OPERMODE``, ``QUAD_REQ_OPERMODE``, ``QUAD_GET_OPERMODE``, Issue 37, page 336.
+
+        :raises OutOfRangeError: if it is out of range, or above a limit (``LimitError``); nothing
+            is sent.
+        :raises BadValueError: if it has the wrong type; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return (await self._get(t.OPER_MODE, None)).mode
+
+    async def set_mode(
+        self,
+        mode: e.QuadOperatingMode | str | int,
+        *,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the operating mode.
+
+        ``QUAD_SET_OPERMODE``, ``QUAD_REQ_OPERMODE``, ``QUAD_GET_OPERMODE``, Issue 37, page 336.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises OutOfRangeError: if it is out of range, or above a limit (``LimitError``); nothing
+            is sent.
+        :raises BadValueError: if it has the wrong type; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._set(t.OPER_MODE, timeout, mode=mode)
+
 
 class WithPosDemandParams(Part):
     """Position demand parameters.

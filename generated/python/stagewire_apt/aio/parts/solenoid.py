@@ -356,3 +356,49 @@ class WithSolState(Part):
         :raises SessionClosedError: if the session is closed.
         """
         return await self._change(t.SOL_STATE, timeout, state=state)
+
+    async def open_shutter(self, *, timeout: float | None = None) -> None:
+        """Open the shutter, as its operating mode says.
+
+        The state is read back.
+
+        ``MOT_SET_SOL_STATE``, Issue 3, page 91.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises NotReadyError: if the controller reports another state.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._establish(
+            t.SOL_STATE,
+            timeout,
+            (
+                "The interlock is open, the channel is disabled, or the unit waits for its "
+                "trigger; the output was switched off again. Close the interlock, enable the "
+                "channel, or select SOLENOID_MANUAL, then call it again"
+            ),
+            {"state": e.SolenoidState.SOLENOID_OFF},
+            state=e.SolenoidState.SOLENOID_ON,
+        )
+
+    async def close_shutter(self, *, timeout: float | None = None) -> None:
+        """Close the shutter.
+
+        The state is read back.
+
+        ``MOT_SET_SOL_STATE``, Issue 3, page 91.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises NotReadyError: if the controller reports another state.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        await self._establish(
+            t.SOL_STATE,
+            timeout,
+            "The shutter may be open; call it again",
+            {},
+            state=e.SolenoidState.SOLENOID_OFF,
+        )

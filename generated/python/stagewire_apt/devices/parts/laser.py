@@ -673,6 +673,23 @@ class WithLaCurrentAndPower(Part):
         """
         return self._get(t.LA_CURRENT_AND_POWER, timeout)
 
+    @property
+    def current_ma(self) -> float:
+        """Laser current and power in mA.
+
+        Each access sends a request.
+
+        It is ``laser_current`` in mA; the scale depends on maximum_laser_current.
+
+        ``LA_REQ_CURRENTANDPOWER``, ``LA_GET_CURRENTANDPOWER``, Issue 37, page 298.
+
+        :raises UnknownScaleError: if its scale is unknown; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return self._get(t.LA_CURRENT_AND_POWER, None).laser_current_ma
+
 
 class WithMaxLimits(Part):
     """Maximum limits.
@@ -717,6 +734,20 @@ class WithLaStatusBits(Part):
         """
         return self._get(t.LA_STATUS_BITS, timeout)
 
+    @property
+    def status(self) -> f.LaStatusBits:
+        """Status bits.
+
+        Each access sends a request.
+
+        ``LA_REQ_STATUSBITS``, ``LA_GET_STATUSBITS``, Issue 37, page 302.
+
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return self._get(t.LA_STATUS_BITS, None).status_bits
+
 
 class WithLdCurrentAndPower(Part):
     """Diode current, photodiode current and voltage.
@@ -741,6 +772,23 @@ class WithLdCurrentAndPower(Part):
         :raises SessionClosedError: if the session is closed.
         """
         return self._get(t.LD_CURRENT_AND_POWER, timeout)
+
+    @property
+    def current_ma(self) -> float:
+        """Diode current, photodiode current and voltage in mA.
+
+        Each access sends a request.
+
+        It is ``laser_current`` in mA; the scale depends on diode_full_scale.
+
+        ``LD_REQ_CURRENTANDPOWER``, ``LD_GET_CURRENTANDPOWER``, Issue 37, page 299.
+
+        :raises UnknownScaleError: if its scale is unknown; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return self._get(t.LD_CURRENT_AND_POWER, None).laser_current_ma
 
 
 class WithMaxCurrent(Part):

@@ -13,7 +13,7 @@ from stagewire_apt.devices import values as v
 
 __all__ = [
     "CanAckNtStatusUpdate",
-    "CanMoveNtCircToHomePos",
+    "CanPzHome",
     "CanSetNtMode",
     "CanStartXyScan",
     "CanStopXyScan",
@@ -74,6 +74,30 @@ class CanSetNtMode(Part):
         :raises SessionClosedError: if the session is closed.
         """
         self._tell(t.SET_NT_MODE, timeout, state=state)
+
+    def track(self, *, timeout: float | None = None) -> None:
+        """Follow the highest signal on both axes.
+
+        ``PZ_SET_NTMODE``, Issue 37, page 249.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._tell(t.SET_NT_MODE, timeout, state=e.NanotrakMode.TRACK)
+
+    def latch(self, *, timeout: float | None = None) -> None:
+        """End the tracking and hold the outputs.
+
+        ``PZ_SET_NTMODE``, Issue 37, page 249.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._tell(t.SET_NT_MODE, timeout, state=e.NanotrakMode.LATCH)
 
 
 class WithNtMode(Part):
@@ -282,13 +306,13 @@ class WithNtCircHomePos(Part):
         )
 
 
-class CanMoveNtCircToHomePos(Part):
+class CanPzHome(Part):
     """Move the circle to its home position.
 
     ``PZ_MOVE_NTCIRCTOHOMEPOS``; Issue 37, page 253.
     """
 
-    def move_nt_circ_to_home_pos(self, *, timeout: float | None = None) -> None:
+    def home(self, *, timeout: float | None = None) -> None:
         """Move the circle to its home position.
 
         Moves the circle to the position of PZ_SET_NTCIRCHOMEPOS. No message reports the end.
@@ -299,7 +323,7 @@ class CanMoveNtCircToHomePos(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        self._tell(t.MOVE_NT_CIRC_TO_HOME_POS, timeout)
+        self._tell(t.PZ_HOME, timeout)
 
 
 class WithNtCircCentrePos(Part):

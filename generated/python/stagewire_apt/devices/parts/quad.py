@@ -766,6 +766,48 @@ class WithOperMode(Part):
         """
         return self._change(t.OPER_MODE, timeout, mode=mode)
 
+    @property
+    def mode(self) -> e.QuadOperatingMode | int:
+        """Operating mode.
+
+        Each access sends a request, and an assignment a message.
+
+        ``QUAD_SET_OPERMODE``, ``QUAD_REQ_OPERMODE``, ``QUAD_GET_OPERMODE``, Issue 37, page 336.
+
+        :raises OutOfRangeError: if it is out of range, or above a limit (``LimitError``); nothing
+            is sent.
+        :raises BadValueError: if it has the wrong type; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        return self._get(t.OPER_MODE, None).mode
+
+    @mode.setter
+    def mode(self, mode: e.QuadOperatingMode | str | int) -> None:
+        """Set the operating mode."""
+        self._set(t.OPER_MODE, None, mode=mode)
+
+    def set_mode(
+        self,
+        mode: e.QuadOperatingMode | str | int,
+        *,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the operating mode.
+
+        ``QUAD_SET_OPERMODE``, ``QUAD_REQ_OPERMODE``, ``QUAD_GET_OPERMODE``, Issue 37, page 336.
+
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises OutOfRangeError: if it is out of range, or above a limit (``LimitError``); nothing
+            is sent.
+        :raises BadValueError: if it has the wrong type; nothing is sent.
+        :raises ReplyTimeoutError: if no reply arrives in time.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._set(t.OPER_MODE, timeout, mode=mode)
+
 
 class WithPosDemandParams(Part):
     """Position demand parameters.

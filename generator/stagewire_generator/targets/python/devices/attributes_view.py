@@ -1,23 +1,26 @@
-"""Attributes of device classes, and further names of reads, which the registry states under `call`."""
+"""Attributes, further names of reads, and methods with fixed values, as stated under `call`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.model import Protocol
+from stagewire_generator.model import Json, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.targets.documentation import title_of, where_all
-from stagewire_generator.targets.python.brackets import Nested
-from stagewire_generator.targets.python.devices.arguments import Argument, Way
+from stagewire_generator.targets.python.brackets import Nested, Source, Text
+from stagewire_generator.targets.python.devices.arguments import Argument, Way, table_class
 from stagewire_generator.targets.python.devices.documentation import unit_text
 from stagewire_generator.targets.python.devices.parts import MethodView, method_view
 from stagewire_generator.targets.python.devices.plan import Call, plan_of
-from stagewire_generator.targets.python.source import docstring, paragraph
+from stagewire_generator.targets.python.source import docstring, literal, paragraph
 
 _SECONDS = ":param timeout: in seconds; default: the timeout of the device."
 _TIMEOUT = "timeout: float | None = None"
+_UNKNOWN = ":raises UnknownScaleError: if its scale is unknown; nothing is sent."
+_UNCONFIRMED = ":raises NotReadyError: if the controller reports another state."
+_READ_BACK = "The state is read back."
 _ERRORS = (
-    ":raises UnknownScaleError: if its scale is unknown; nothing is sent.",
     ":raises ReplyTimeoutError: if no reply arrives in time.",
     ":raises TransportLostError: if the connection is lost.",
     ":raises SessionClosedError: if the session is closed.",
@@ -29,12 +32,12 @@ _REFUSED = (
 
 
 def check_attributes(protocol: Protocol, diagnostics: Diagnostics) -> None:
-    """Check that each attribute names the keyword of a value with a unit in the calls of its set."""
+    """Check that each attribute names the keyword of a value with a unit or a name in its set."""
     for call in plan_of(protocol).calls:
         if "attribute" not in call.message.call:
             continue
         name, value = (call.message.call["attribute"][key] for key in ("name", "value"))
-        known = [way.keyword for argument in call.arguments for way in argument.ways]
+        known = list(_candidates(call))
         if value not in known:
             what = f"{call.message.name}: the attribute {name} has the unknown value {value}"
             hint = f"known values: {', '.join(known)}" if known else "remove the attribute"
@@ -49,35 +52,93 @@ def further_views(protocol: Protocol, call: Call, verbs: Sequence[str]) -> Itera
     facts = call.message.call
     if "reading" in facts and "get_" in verbs:
         yield method_view(protocol, call, "get_", facts["reading"], "None")
+    yield from _preset_views(protocol, call, verbs)
     if "attribute" not in facts or "get_" not in verbs:
         return
     name, value = facts["attribute"]["name"], facts["attribute"]["value"]
-    [(argument, way)] = [(a, w) for a in call.arguments for w in a.ways if w.keyword == value]
+    argument, way = _candidates(call)[value]
     sent = [call.members[role] for role in ("set", "req", "get") if role in call.members]
     pages = where_all(protocol, [(page, m.overlay) for m in sent for page in m.pages[:1]])
     names = ", ".join(f"``{message.name}``" for message in sent)
-    title = f"{title_of(call.message)} in {way.unit}"
+    title = f"{title_of(call.message)} in {way.unit}" if way else title_of(call.message)
+    read, given = _types(argument) if way is None else ("float", "Number")
+    scale = (_scale(argument, way),) if way else ()
+    unknown = (_UNKNOWN,) if way else ()
     assigned = "set_" in verbs
     sends = "Each access sends a request" + (", and an assignment a message." if assigned else ".")
     source = f"{names}, {pages}."
-    doc = _doc(f"{title[:1].upper()}{title[1:]}.", (sends, _scale(argument, way), source), assigned)
+    doc = _doc(f"{title[:1].upper()}{title[1:]}.", (sends, *scale, source), assigned, "", unknown)
     get = Nested("return self._get(", (f"t.{call.constant}", "None"), f").{value}")
     yield MethodView(
-        name, Nested(f"def {name}(", ("self",), ") -> float:"), doc, get, "float", "@property"
+        name, Nested(f"def {name}(", ("self",), f") -> {read}:"), doc, get, read, "@property"
     )
     if "set_" not in verbs:
         return
     primitive = "_set" if len(call.arguments) == 1 else "_change"
-    given = (f"t.{call.constant}", "None", f"{value}={name}")
-    setter = Nested(f"def {name}(", ("self", f"{name}: Number"), ") -> None:")
+    items = (f"t.{call.constant}", "None", f"{value}={name}")
+    setter = Nested(f"def {name}(", ("self", f"{name}: {given}"), ") -> None:")
     told = docstring(f"Set the {title}.")
     yield MethodView(
-        name, setter, told, Nested(f"self.{primitive}(", given, ")"), "None", f"@{name}.setter"
+        name, setter, told, Nested(f"self.{primitive}(", items, ")"), "None", f"@{name}.setter"
     )
-    method = Nested(f"def set_{name}(", ("self", f"{name}: Number", "*", _TIMEOUT), ") -> None:")
-    body = Nested(f"self.{primitive}(", (given[0], "timeout", given[2]), ")")
-    doc = _doc(f"Set the {title}.", (_scale(argument, way), source), True, _SECONDS)
+    method = Nested(f"def set_{name}(", ("self", f"{name}: {given}", "*", _TIMEOUT), ") -> None:")
+    body = Nested(f"self.{primitive}(", (items[0], "timeout", items[2]), ")")
+    doc = _doc(f"Set the {title}.", (*scale, source), True, _SECONDS, unknown)
     yield MethodView(f"set_{name}", method, doc, body, "None")
+
+
+def _candidates(call: Call) -> dict[str, tuple[Argument, Way | None]]:
+    """Return the values that can be attributes, by keyword: values in a unit, named values and bits."""
+    arguments = call.arguments or (call.values.arguments if call.values else ())
+    found: dict[str, tuple[Argument, Way | None]] = {
+        way.keyword: (argument, way) for argument in arguments for way in argument.ways
+    }
+    found |= {a.keyword: (a, None) for a in arguments if a.field.enum or a.field.flags}
+    return found
+
+
+def _types(argument: Argument) -> tuple[str, str]:
+    """Return the types of a named value or of bits, as it is read and as it is assigned."""
+    table = table_class(argument.field)
+    read = f"{table} | int" if argument.field.enum else table
+    return read, f"{table} | str | int"
+
+
+def _preset_views(protocol: Protocol, call: Call, verbs: Sequence[str]) -> Iterator[MethodView]:
+    """Make the views of the methods that send fixed values."""
+    if call.kind == "set" and "set_" not in verbs:
+        return
+    keywords = {argument.field.name: argument for argument in call.arguments}
+
+    def given(values: Json) -> list[tuple[str, str]]:
+        return [(keywords[n].keyword, _raw(keywords[n].field, v)) for n, v in values.items()]
+
+    for name, preset in call.message.call.get("presets", {}).items():
+        sent = [call.members[role] for role in ("set",) if role in call.members] or [call.message]
+        names = ", ".join(f"``{message.name}``" for message in sent)
+        pages = where_all(protocol, [(page, m.overlay) for m in sent for page in m.pages[:1]])
+        values = tuple(f"{key}={value}" for key, value in given(preset["values"]))
+        items: tuple[Source, ...] = (f"t.{call.constant}", "timeout")
+        primitive, errors, texts = "_tell" if call.kind == "command" else "_set", (), ()
+        if "confirmed" in preset:
+            otherwise = ", ".join(
+                f"{literal(k)}: {v}" for k, v in given(preset.get("otherwise", {}))
+            )
+            items += (Text("", preset["confirmed"]), f"{{{otherwise}}}")
+            primitive, errors, texts = "_establish", (_UNCONFIRMED,), (_READ_BACK,)
+        doc = _doc(preset["summary"], (*texts, f"{names}, {pages}."), False, _SECONDS, errors)
+        yield MethodView(
+            name,
+            Nested(f"def {name}(", ("self", "*", _TIMEOUT), ") -> None:"),
+            doc,
+            Nested(f"self.{primitive}(", (*items, *values), ")"),
+            "None",
+        )
+
+
+def _raw(field: Field, value: str | int) -> str:
+    """Return the expression of a value, which may be a name."""
+    return f"{table_class(field)}.{value}" if isinstance(value, str) else str(value)
 
 
 def _scale(argument: Argument, way: Way) -> str:
@@ -85,9 +146,18 @@ def _scale(argument: Argument, way: Way) -> str:
     return f"{text if text[:1] != '`' else f'It is {text}'}."
 
 
-def _doc(first: str, texts: Sequence[str], assigned: bool, timeout: str = "") -> str:
-    """Return the docstring of an attribute, or of the method that sets it."""
-    lines = (*((timeout,) if timeout else ()), *(_REFUSED if assigned else ()), *_ERRORS)
+def _doc(
+    first: str,
+    texts: Sequence[str],
+    assigned: bool,
+    timeout: str,
+    errors: Sequence[str],
+) -> str:
+    """Return the docstring of an attribute, or of a method without units.
+
+    :param errors: its own errors.
+    """
+    lines = (*((timeout,) if timeout else ()), *(_REFUSED if assigned else ()), *errors, *_ERRORS)
     parts = [
         *(paragraph(text, 8) for text in (first, *texts)),
         "\n        ".join(paragraph(line, 8, 4) for line in lines),
