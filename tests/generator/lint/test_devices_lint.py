@@ -151,6 +151,30 @@ FRAMED = [
     ),
     (
         TINY,
+        "{name: go}",
+        "{name: go, presets: {rest: {summary: Rest., values: {spin: 0}}}}",
+        "SW021 POS_MOVE: rest: unknown field spin",
+    ),
+    (
+        TINY,
+        "{name: go}",
+        "{name: go, presets: {pass: {summary: Rest., values: {absolute_distance: 0}}}}",
+        "SW023 POS_MOVE: the method name pass is reserved",
+    ),
+    (
+        TINY,
+        "{name: go}",
+        "{name: go, presets: {rest: {summary: Rest., values: {absolute_distance: FAR}}}}",
+        "SW021 POS_MOVE: rest: unknown value FAR",
+    ),
+    (
+        TINY,
+        "{name: go}",
+        "{name: go, presets: {rest: {summary: Rest., values: {absolute_distance: 0}, confirmed: It did not.}}}",
+        "SW035 POS_MOVE: rest: only a parameter set can be read back",
+    ),
+    (
+        TINY,
         "{load: 7}}",
         "{load: 7}, also: {say: text}}",
         "SW035 POS_ECHO: no form has only one value, which say would take",

@@ -10,7 +10,9 @@ from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire.errors import BadValueError, LimitError, OutOfRangeError
-from stagewire_apt import BPC201, KPZ101, aio, devices
+from stagewire_apt import BPC201, KLS635, KPA101, KPZ101, PROTOCOL, aio, devices
+from stagewire_apt import enumerations as e
+from stagewire_apt import flags as f
 from stagewire_apt import messages as m
 
 UNITS = sorted(name for name in devices.__all__ if hasattr(getattr(devices, name), "unit"))
@@ -50,6 +52,34 @@ def test_the_same_attribute_for_asyncio() -> None:
             return await kpz.volts
 
     assert asyncio.run(run()) == pytest.approx(12.5, abs=0.01)
+
+
+def test_a_mode_is_read_and_assigned_by_name() -> None:
+    line = RecordingLink(virtual.KPA101())
+    with KPA101.open(line) as quad:
+        line.forget()
+        quad.mode = "CLOSED_LOOP"
+        assert line.raw == m.QuadSetOperMode(mode=3).pack(0x50, 0x01)
+        assert quad.mode is e.QuadOperatingMode.CLOSED_LOOP
+        quad.set_mode(e.QuadOperatingMode.OPEN_LOOP)
+        assert quad.mode is e.QuadOperatingMode.OPEN_LOOP
+        line.forget()
+        with pytest.raises(BadValueError, match="CLOSED_LOOP"):
+            quad.mode = "LOOP"
+        assert line.raw == b""
+
+
+def test_status_and_current_of_lasers_are_only_read() -> None:
+    line = RecordingLink(virtual.KLS635())
+    with KLS635.open(line) as laser:
+        line.forget()
+        assert laser.status == f.KlsStatusBits(laser.get_status_bits().status_bits)
+        assert not laser.status & f.KlsStatusBits.output_enabled
+        assert laser.current_ma == 0
+        assert not [name for name in line.names(PROTOCOL) if "_SET_" in name]
+        for name in ("status", "current_ma"):
+            with pytest.raises(AttributeError):
+                setattr(laser, name, 1)
 
 
 @pytest.mark.parametrize("unit", UNITS)

@@ -10,7 +10,7 @@ from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire.errors import NotReadyError, ReplyTimeoutError
-from stagewire_apt import KSC101, TSC001
+from stagewire_apt import KSC101, PROTOCOL, TNA001, TSC001
 
 each_driver = pytest.mark.parametrize("cls", [KSC101, TSC001])
 SET_STATE = bytes.fromhex("cb 04")
@@ -100,3 +100,27 @@ def test_an_open_shutter_stays_open(cls: Any) -> None:
         device.open_shutter()
         raise ZeroDivisionError
     assert output.on
+
+
+def test_a_nanotrak_tracks_only_when_asked() -> None:
+    device, line, _ = opened(TNA001)
+    with device:
+        device.track()
+        assert device.get_nt_mode().state.name.startswith("TRACKING")
+        line.controller.advance(2)
+        device.latch()
+        assert device.get_nt_mode().state.name == "LATCH"
+        found = device.reading().circ_pos_a_nt
+        assert abs(found - 5) > 0.5
+        line.forget()
+        device.home()
+        assert line.names(PROTOCOL) == ["PZ_MOVE_NTCIRCTOHOMEPOS"]
+        line.controller.advance(0.5)
+        assert device.reading().circ_pos_a_nt == pytest.approx(5, abs=0.01)
+
+
+def test_opening_a_nanotrak_starts_nothing() -> None:
+    line = RecordingLink(virtual.TNA001())
+    with TNA001.open(line) as device:
+        assert device.get_nt_mode().state.name == "LATCH"
+    assert not [name for name in line.names(PROTOCOL) if "_SET_" in name or "MOVE" in name]
