@@ -170,7 +170,7 @@ FRAMED = [
     (
         TINY,
         "{name: go}",
-        "{name: go, presets: {rest: {summary: Rest., values: {absolute_distance: 0}, confirmed: It did not.}}}",
+        "{name: go, presets: {rest: {summary: Rest., values: {absolute_distance: 0}, confirmed: It moves}}}",
         "SW035 POS_MOVE: rest: only a parameter set can be read back",
     ),
     (

@@ -119,7 +119,9 @@ def _preset_views(protocol: Protocol, call: Call, verbs: Sequence[str]) -> Itera
         pages = where_all(protocol, [(page, m.overlay) for m in sent for page in m.pages[:1]])
         values = tuple(f"{key}={value}" for key, value in given(preset["values"]))
         items: tuple[Source, ...] = (f"t.{call.constant}", "timeout")
-        primitive, errors, texts = "_tell" if call.kind == "command" else "_set", (), ()
+        primitive = "_tell" if call.kind == "command" else "_set"
+        errors: tuple[str, ...] = ()
+        texts: tuple[str, ...] = ()
         if "confirmed" in preset:
             otherwise = ", ".join(
                 f"{literal(k)}: {v}" for k, v in given(preset.get("otherwise", {}))
