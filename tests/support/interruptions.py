@@ -12,7 +12,7 @@ from functools import partial
 from random import Random
 from typing import Any, NamedTuple, Protocol
 
-from stagewire.errors import TransportLostError
+from stagewire.errors import StagewireError, TransportLostError
 from stagewire.links import Link
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.declaration import Declaration
@@ -22,6 +22,8 @@ from stagewire_conformance.device.run import RunInterrupted, run
 from stagewire_virtual import VirtualController
 from stagewire_virtual.asi_ms2000.instrument import Ms2000Instrument
 from stagewire_virtual.linking import SteppedLink
+from stagewire_virtual.thorlabs_apt.inertial.inertial import Inertial
+from stagewire_virtual.thorlabs_apt.paddles import Paddle
 from wrapped_links import WrappedLink
 
 LOST = "a lost line"
@@ -93,6 +95,11 @@ def _of_servo(axis: Any) -> float:
 def _of_channel(behaviour: Any) -> float:
     if hasattr(behaviour, "_cycles"):  # a solenoid
         return float(behaviour._cycles is not None or behaviour._held)
+    if isinstance(behaviour, Inertial):
+        step = behaviour._drive.action
+        return float(step.rate) if step else 0.0
+    if isinstance(behaviour, Paddle):
+        return float(behaviour._action is not None and behaviour._axis.moving)
     if not hasattr(behaviour, "_axis") or not behaviour._axis.moving:
         return 0.0
     action = behaviour._drive.action
@@ -274,17 +281,24 @@ def _name(declared: Declaration, raw: bytes) -> str:
         names = declared.protocol.rule.requests  # type: ignore[attr-defined]
         entry = names.get(raw[1]) if len(raw) > 1 and raw[0] in (0x18, 0x19, 0x1A) else None
         return entry.name if entry else ""
-    id = int.from_bytes(raw[:2], "little")
-    entries = declared.registry.messages.items()
-    return next((name for name, entry in entries if entry["id"] == id), "")
+    try:
+        return declared.protocol.decode(raw).message.layout.message  # type: ignore[attr-defined]
+    except StagewireError:
+        return ""
 
 
 _OFF = {"MOD_SET_CHANENABLESTATE": 2, "MOT_SET_SOL_STATE": 2}
 """Messages that stop something with this value of their third byte."""
-_RESTORED = {"MOD_SET_CHANENABLESTATE", "MOT_SET_SOL_OPERATINGMODE", "MOT_SET_SOL_INTERLOCKMODE"}
+_MODE = "PZMOT_SET_KCUBECHANENABLEMODE"
+_RESTORED = {
+    "MOD_SET_CHANENABLESTATE", "MOT_SET_SOL_OPERATINGMODE", "MOT_SET_SOL_INTERLOCKMODE", _MODE,
+}  # fmt: skip
 """Settings that may switch something, which may be restored at rest."""
 
 
 def _is_harmless(name: str, raw: bytes, speeds: Mapping[str, float]) -> bool:
     """Return whether a message that may move something stops it, or restores a setting at rest."""
-    return raw[3] == _OFF.get(name) or (name in _RESTORED and not any(speeds.values()))
+    disables_all = name == _MODE and raw[8] == 0
+    return (
+        disables_all or raw[3] == _OFF.get(name) or (name in _RESTORED and not any(speeds.values()))
+    )

@@ -44,6 +44,8 @@ _POSITION = "position"
 """The quantity of a travel and of a range of motion."""
 
 _WHERE = "MOT_REQ_POSCOUNTER"
+_JOG = "PZMOT_MOVE_JOG"
+"""All inertial drives have this message."""
 
 
 class Travel(NamedTuple):
@@ -175,6 +177,11 @@ class Target:
     def moves_stages(self) -> bool:
         """Whether it moves stages, and not only actuators, shutters or sensors."""
         return moves_stages(self.unit) and not self.is_motherboard
+
+    @functools.cached_property
+    def reports_position(self) -> bool:
+        """Whether it moves something with a position that can be read: a stage or an inertial drive."""
+        return self.moves_stages or _JOG in self.listed
 
     def why_not(self, message: str) -> str:
         """Return why a message is not claimed, for a skipped check, or an empty string if it is."""

@@ -64,7 +64,7 @@ class AptParts:
         motors = [
             (place, channel)
             for place in self._line.declared.places
-            if place.moves_stages
+            if place.reports_position
             for channel in place.channels
         ]
         parts = [self.part(*motor) for motor in motors if motor not in moved]
@@ -82,7 +82,7 @@ class AptParts:
                 Part(name, tuple(measures), None, active="switched on"), place, channel
             )
         query = place.unit.status_query
-        if query is None or query.req is None or getattr(query, "effect", "") == "counter":
+        if query is None or query.req is None:
             return Part(name, tuple(measures), None, active="switched on")
         request = self._line.declared.make(query.req.layout.message, channel)
         exchange = self._line.declared.registry.messages[request.layout.message]["exchange"]
@@ -116,7 +116,7 @@ class AptParts:
 
     def _look(self, place: Target, request: FramedMessage) -> Callable[[], Sighting | None] | None:
         """Return a function that reads the state of a motor; None for a channel without a position."""
-        if not place.moves_stages or place.status is None:
+        if not place.reports_position or place.status is None:
             return None
         bits = STATUS_BITS[place.status]
 
@@ -124,7 +124,11 @@ class AptParts:
             heard = self._line.ask(request, place.address, _SIGHT)
             if heard is None:
                 return None
-            moving = reports_motion(bits(heard.message.status_bits))
-            return Sighting(heard.time, heard.message.position, moving)
+            message = heard.message
+            if not hasattr(message, "position"):  # the status of four channels
+                return None
+            # the position counter of an inertial drive has no status bits
+            moving = reports_motion(bits(getattr(message, "status_bits", 0)))
+            return Sighting(heard.time, message.position, moving)
 
         return look

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 from stagewire.protocols import FramedMessage
 from stagewire.sessions import Matching
 from stagewire_apt import flags
-from stagewire_apt.enumerations import EnableState, SolenoidState
+from stagewire_apt.enumerations import ChannelEnableMode, EnableState, SolenoidState
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.targets import Target
 
@@ -33,6 +33,7 @@ def reports_motion(bits: Any) -> bool:
 
 
 _ENABLE: Final = "MOD_SET_CHANENABLESTATE"
+_MODE: Final = "PZMOT_SET_KCUBECHANENABLEMODE"
 _SOLENOID: Final = "MOT_SET_SOL_STATE"
 
 
@@ -88,8 +89,8 @@ class Moved:
             goes_on = bool(self._entries[name]["exchange"].get("halted_by"))
             ends = self._ends_of(name) if goes_on else self._going.get(where)
             self._going[where] = ends
-        elif effect == "stop" and self._going.get(where) == frozenset():
-            self._going[where] = None
+        elif effect == "stop" and (ends := self._going.get(where)) is not None:
+            self._going[where] = ends | self._ends_of(name) if ends else None
 
     def suspects(self, dest: int, channel: int) -> None:
         """Note that a faulty controller may move a channel, although the next message should not."""
@@ -144,10 +145,20 @@ class Moved:
         if _SOLENOID in place.listed:
             off = self._declared.make(_SOLENOID, channel, state=SolenoidState.SOLENOID_OFF)
             found.insert(0, Ending(_SOLENOID, (off,)))
-        if found and _ENABLE in place.listed and place.moves_stages:
-            disable = self._declared.make(_ENABLE, channel, enable_state=EnableState.DISABLE)
-            found.append(Ending(f"{_ENABLE} (disable)", (disable,), disables=True))
+        if found and place.reports_position and (disable := self._disable(place, channel)):
+            told = " and ".join(each.layout.message for each in disable)
+            found.append(Ending(f"{told} (disable)", disable, disables=True))
         return found
+
+    def _disable(self, place: Target, channel: int) -> tuple[FramedMessage, ...]:
+        """Return the messages that disable a channel; with a mode for all channels, they disable all."""
+        make = self._declared.make
+        found: list[FramedMessage] = []
+        if _ENABLE in place.listed:
+            found.append(make(_ENABLE, channel, enable_state=EnableState.DISABLE))
+        if _MODE in place.listed:
+            found.append(make(_MODE, mode=ChannelEnableMode.NONE))
+        return tuple(found)
 
     def _stop(self, name: str, channel: int, manner: str) -> FramedMessage:
         made: FramedMessage = self._declared.make(name, channel, **self._manner(name, manner))

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firmware_defects import Change, Defect, Draw, Says, Takes, named, of
-from firmware_frames import Frame
+from firmware_frames import HOST, Frame
 from firmware_line import Firmware
+
+from stagewire_apt import messages as m
 
 _CUBES = ("KIM101", "TIM101")
 _KIM = ("KIM101", "KIM001")
@@ -76,7 +78,146 @@ def _cut(frame: Frame) -> list[bytes]:
     return [frame.raw[:2] + (len(frame.packet) - 2).to_bytes(2, "little") + frame.raw[4:-2]]
 
 
+def _dropped(frame: Frame) -> list[Frame]:
+    return []
+
+
+def _shifted(field: str, by: int) -> Change:
+    return lambda frame: [frame.with_(field, frame[field] + by)]
+
+
+def _times(field: str, factor: float) -> Change:
+    return lambda frame: [frame.with_(field, round(frame[field] * factor))]
+
+
+def _at_rest(frame: Frame) -> list[Frame]:
+    """Clear the bits of motion in every status of a message."""
+    fields = [name for name in frame.fields if name.startswith("status_bits")]
+    for field in fields:
+        frame = frame.with_(field, frame[field] & ~0x2F0)
+    return [frame]
+
+
+def _counts_elsewhere(frame: Frame) -> list[Frame | bytes]:
+    """Also set the counter of another channel to the target."""
+    other = 2 if frame["chan_ident"] == 1 else 1
+    if frame.name == "PZMOT_MOVE_ABSOLUTE":
+        message: m.FramedMessage = m.PzmotSetPosCounters(other, position=frame["abs_position"])
+    else:
+        message = m.MotSetPosCounter(other, frame["absolute_distance"] // 2)
+    return [frame, message.pack(frame.dest, HOST)]
+
+
+class _Stays(Firmware):
+    """Reports that a channel is disabled, but leaves it enabled.
+
+    :param setter: the message that disables.
+    :param field: its field with the state.
+    :param off: the value that disables.
+    """
+
+    def __init__(self, setter: str, field: str, off: int) -> None:
+        self._setter, self._field, self._off = setter, field, off
+        self._getter = setter.replace("_SET_", "_GET_")
+        self._told: dict[int | None, int] = {}
+
+    def takes(self, frame: Frame) -> None:
+        if frame.name == self._setter:
+            self._told.pop(frame.channel, None)
+            if frame[self._field] == self._off:
+                self._told[frame.channel] = self._off
+                return
+        self.pass_on(frame.raw)
+
+    def says(self, frame: Frame) -> None:
+        if frame.name == self._getter and frame.channel in self._told:
+            frame = frame.with_(self._field, self._told[frame.channel])
+        self.say(frame.raw)
+
+
+def _stays(name: str, units: Sequence[str], setter: str, field: str, off: int) -> Defect:
+    return Defect(
+        1, name, of("actuator-disabled"), lambda draw: (_Stays(setter, field, off), setter), units
+    )
+
+
+_MOVED = "actuator-move"
+_ALL = (*_CUBES, "KIM001")
+
+MOVING = (
+    _takes("A drive stops one step before its target", _ALL, _MOVED, "PZMOT_MOVE_ABSOLUTE",
+           _shifted("abs_position", -1)),
+    _takes("A drive ignores absolute moves", _ALL, _MOVED, "PZMOT_MOVE_ABSOLUTE", _dropped),
+    _takes("A relative move goes twice as far", _KIM, _MOVED, "PZMOT_MOVE_RELATIVE",
+           _times("rel_distance", 2)),
+    _takes("A relative move goes in the other direction", _KIM, _MOVED, "PZMOT_MOVE_RELATIVE",
+           _times("rel_distance", -1)),
+    _takes("A move also counts on another channel", _CUBES, _MOVED, "PZMOT_MOVE_ABSOLUTE",
+           _counts_elsewhere),
+    _takes("A move counts channels from 1 to 4", _CUBES, _MOVED, "PZMOT_MOVE_ABSOLUTE", _numbered),
+    _says("The end of a move of a drive is never reported", (*_ALL, "PDXC2"), _MOVED,
+          "PZMOT_MOVE_COMPLETED", _dropped),
+    _says("The end of a move of a drive is reported twice", (*_ALL, "PDXC2"), _MOVED,
+          "PZMOT_MOVE_COMPLETED", _twice),
+    _says("The end of a move counts channels from 1 to 4", _CUBES, _MOVED, "PZMOT_MOVE_COMPLETED",
+          _numbered),
+    _says("The end of a move has another position", (*_ALL, "PDXC2"), _MOVED,
+          "PZMOT_MOVE_COMPLETED", _shifted("abs_position", 7)),
+    _says("A drive reports a quarter of its rate", _ALL, _MOVED, "PZMOT_GET_DRIVEOPPARAMS",
+          _times("step_rate", 0.25)),
+    _says("A drive reports a quarter of its jog rate", _KIM, "actuator-jog",
+          "PZMOT_GET_KCUBEJOGPARAMS", _times("jog_step_rate", 0.25)),
+    _takes("A drive ignores jogs", (*_ALL, "PDXC2"), "actuator-jog", "PZMOT_MOVE_JOG", _dropped),
+    _takes("A drive always jogs forward", (*_ALL, "PDXC2"), "actuator-jog", "PZMOT_MOVE_JOG",
+           _set_to("jog_dir", 1)),
+    _takes("A jog counts channels from 1 to 4", _CUBES, "actuator-jog", "PZMOT_MOVE_JOG",
+           _numbered),
+    _says("A drive reports another jog step", _KIM, "actuator-jog", "PZMOT_GET_KCUBEJOGPARAMS",
+          _shifted("jog_step_size_fwd", 10)),
+    _says("A TIM101 reports another jog step", ("TIM101",), "actuator-jog",
+          "PZMOT_GET_TIMJOGPARAMS", _shifted("jog_step_size", -10)),
+    _takes("A KIM ignores stops", _KIM, "actuator-stop", "PZMOT_MOVE_STOP", _dropped),
+    _takes("A TIM101 or PDXC2 ignores stops", ("TIM101", "PDXC2"), "actuator-stop",
+           "MOT_MOVE_STOP", _dropped),
+    _says("The stop of a KIM is never reported", _KIM, "actuator-stop", "PZMOT_MOVE_STOPPED",
+          _dropped),
+    _says("The stop of a TIM101 or PDXC2 is never reported", ("TIM101", "PDXC2"),
+          "actuator-stop", "MOT_MOVE_STOPPED", _dropped),
+    _says("The status of a drive never reports motion", (*_ALL, "PDXC2"), "actuator-stop",
+          "PZMOT_GET_STATUSUPDATE", _at_rest),
+    _stays("A KIM in the mode NONE moves", _KIM, "PZMOT_SET_KCUBECHANENABLEMODE", "mode", 0),
+    _stays("A disabled drive moves", ("TIM101", "PDXC2"), "MOD_SET_CHANENABLESTATE",
+           "enable_state", 2),
+    _takes("A PDXC2 does not start its stored move", ("PDXC2",), _MOVED, "PZMOT_MOVE_START",
+           _dropped),
+    _takes("A paddle misses its target by 40 counts", _PADDLES, _MOVED, "MOT_MOVE_ABSOLUTE",
+           _shifted("absolute_distance", -40)),
+    _takes("A move also counts on another paddle", _PADDLES, _MOVED, "MOT_MOVE_ABSOLUTE",
+           _counts_elsewhere),
+    _says("The end of a move of a paddle is never reported", _PADDLES, _MOVED,
+          "MOT_MOVE_COMPLETED", _dropped),
+    _says("A paddle reports a fifth of its velocity", _PADDLES, _MOVED, "POL_GET_PARAMS",
+          _times("velocity", 0.2)),
+    _takes("A paddle always jogs forward", _PADDLES, "actuator-jog", "MOT_MOVE_JOG",
+           _set_to("direction", 1)),
+    _says("Paddle 2 reports another jog step", _PADDLES, "actuator-jog", "POL_GET_PARAMS",
+          _times("jog_step2", 3)),
+    _takes("A paddle ignores homing", _PADDLES, "actuator-home", "MOT_MOVE_HOME", _dropped),
+    _says("The end of homing of a paddle is never reported", _PADDLES, "actuator-home",
+          "MOT_MOVE_HOMED", _dropped),
+    _says("A paddle goes home to another position", _PADDLES, "actuator-home", "POL_GET_PARAMS",
+          _shifted("home_position", 200)),
+    _takes("A paddle ignores stops", _PADDLES, "actuator-stop", "MOT_MOVE_STOP", _dropped),
+    _says("The stop of a paddle is never reported", _PADDLES, "actuator-stop", "MOT_MOVE_STOPPED",
+          _dropped),
+    _says("The status of a paddle never reports motion", _PADDLES, "actuator-stop",
+          "MOT_GET_DCSTATUSUPDATE", _at_rest),
+    _stays("A disabled paddle moves", _PADDLES, "MOD_SET_CHANENABLESTATE", "enable_state", 2),
+)  # fmt: skip
+"""Defects that only checks with motion find."""
+
 INERTIAL = (
+    *MOVING,
     _keeps("The drive voltage cannot be changed", (*_CUBES, "KIM001"), "PZMOT_SET_DRIVEOPPARAMS",
            "max_voltage"),
     _keeps("The step rate cannot be changed", _CUBES, "PZMOT_SET_DRIVEOPPARAMS", "step_rate"),
@@ -128,4 +269,4 @@ INERTIAL = (
     _says("The velocity of paddles is reported as 0", _PADDLES, "registry readback",
           "POL_GET_PARAMS", _set_to("velocity", 0)),
 )  # fmt: skip
-"""Defects whose checks need no motion."""
+"""All defects of inertial drives and paddles."""

@@ -42,6 +42,9 @@ FAMILIES = {
     "stepper rack": "BSC102",
     "brushless": "BBD102",
     "solenoid": "TSC001",
+    "inertial": "KIM101",
+    "closed loop": "PDXC2",
+    "paddles": "MPC320",
     "MS-2000": "MS2000",
 }
 POINTS = 50

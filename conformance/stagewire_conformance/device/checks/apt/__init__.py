@@ -9,6 +9,7 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt import (
+    actuators,
     motion,
     outputs,
     reading,
@@ -21,5 +22,6 @@ KINDS: Final[tuple[Kind, ...]] = (
     *outputs.KINDS,
     *reading.AFTER_OUTPUTS,
     *motion.KINDS,
+    *actuators.KINDS,
 )
 """The kinds in the order in which they run."""

@@ -64,6 +64,23 @@ FIELDS: Final[Mapping[str, str]] = {
     "trig2_sum_min": "quad-trigger-percent",
     "trig2_sum_max": "quad-trigger-percent",
     "trig2_diff_threshold": "quad-trigger-percent",
+    "PZMOT_GET_DRIVEOPPARAMS.max_voltage": "pzmot-voltage-range",
+    "PZMOT_GET_DRIVEOPPARAMS.step_rate": "pzmot-rate-ranges",
+    "PZMOT_GET_DRIVEOPPARAMS.step_accn": "pzmot-rate-ranges",
+    "jog_step_rate": "pzmot-rate-ranges",
+    "jog_step_accn": "pzmot-rate-ranges",
+    "PZMOT_GET_TIMJOGPARAMS.jog_step_size": "pzmot-jog-size-range",
+    "jog_step_size_fwd": "pzmot-jog-size-range",
+    "jog_step_size_rev": "pzmot-jog-size-range",
+    "PZMOT_GET_TIMPOTPARAMS.max_step_rate": "pzmot-pot-rate-range",
+    "home_offset_dist": "pzmot-home-offset-range",
+    "js_max_step_rate": "pzmot-joystick-rate-range",
+    "PZMOT_GET_KCUBEMMIPARAMS.disp_brightness": "pzmot-brightness-range",
+    "POL_GET_PARAMS.velocity": "pol-global-settings",
+    "POL_GET_PARAMS.home_position": "pol-home-range",
+    "jog_step1": "pol-step-range",
+    "jog_step2": "pol-step-range",
+    "jog_step3": "pol-step-range",
 }
 """Field, or message and field -> the rule about its values."""
 
@@ -132,10 +149,15 @@ OF_CONNECTORS: Final = (
 )
 """The rules about settings of which a request selects one connector."""
 
+_READ_ONLY: Final = ("pzmot-home-offset-range",)
+"""The rules about values that no message of a simulated unit sets."""
+
 OF_VALUES: Final = tuple(dict.fromkeys((*FIELDS.values(), *MESSAGES.values())))
 """The rules about values, each once."""
 
 OF_SETTINGS: Final = tuple(
-    rule for rule in dict.fromkeys((*OF_VALUES, *SETS.values())) if rule not in OF_CONNECTORS
+    rule
+    for rule in dict.fromkeys((*OF_VALUES, *SETS.values()))
+    if rule not in (*OF_CONNECTORS, *_READ_ONLY)
 )
 """The rules about parameter sets that are read back, and about their values."""

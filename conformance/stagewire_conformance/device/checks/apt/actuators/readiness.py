@@ -1,0 +1,136 @@
+"""Enable an actuator for a check, and restore the state of all channels of its target afterwards.
+
+A KIM101 or KIM001 has an enable mode for all channels (page 394). Enabling a paddle disables the others.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from stagewire.errors import StagewireError
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import ChannelEnableMode, EnableState
+from stagewire_conformance.device.checks.apt.enable_state import (
+    ENABLED_SETS,
+    ENABLING,
+    enable_state,
+)
+from stagewire_conformance.device.trial import EnoughError
+
+if TYPE_CHECKING:
+    from stagewire_conformance.device.targets import Target
+    from stagewire_conformance.device.trial import Trial
+
+MODE_SETS: Final = frozenset(
+    {
+        "PZMOT_SET_KCUBECHANENABLEMODE",
+        "PZMOT_REQ_KCUBECHANENABLEMODE",
+        "PZMOT_GET_KCUBECHANENABLEMODE",
+    }
+)
+"""The messages of the enable mode."""
+_PAUSE: Final = 0.2
+"""Seconds after a change of the enable state; the registry names a driver that waits as long for a paddle."""
+
+
+def has_mode(place: Target) -> bool:
+    """Return whether a target has an enable mode."""
+    return place.messages >= MODE_SETS
+
+
+def get_ready(trial: Trial, place: Target, channel: int) -> None:
+    """Enable a channel until the end of the check; the check ends if the controller does not."""
+    if has_mode(place):
+        enabling = place.unit.enabling
+        assert enabling is not None  # each unit with the mode has it
+        mode = _mode(trial, place)
+        if channel.bit_length() not in enabling.channels.get(mode, ()):
+            set_mode(trial, place, enabling.value_for((channel.bit_length(),)))
+    if place.messages >= ENABLED_SETS:
+        enabling = place.unit.enabling
+        enabled = enable_state(trial, place, channel) == EnableState.ENABLE
+        if not enabled or (enabling is not None and enabling.before_motions):
+            set_state(trial, place, channel, EnableState.ENABLE)
+
+
+def disable(trial: Trial, place: Target, channel: int) -> None:
+    """Disable a channel until the end of the check: with the enable mode if there is one."""
+    if has_mode(place):
+        set_mode(trial, place, ChannelEnableMode.NONE)
+    else:
+        set_state(trial, place, channel, EnableState.DISABLE)
+
+
+def _mode(trial: Trial, place: Target) -> int:
+    mode: int = trial.reply(m.PzmotReqKcubeChanEnableMode(), place.address).message.mode
+    return mode
+
+
+def set_mode(trial: Trial, place: Target, mode: int) -> None:
+    """Set the enable mode until the end of the check."""
+    before = _mode(trial, place)
+    if before == mode:
+        return
+    trial.undo(
+        f"enable mode of {place.name}",
+        lambda: _put_back(trial, place, before),
+        rule="pzmot-enable-mode",
+    )
+    trial.line.send(m.PzmotSetKcubeChanEnableMode(mode=mode), place.address)
+    now = _mode(trial, place)
+    trial.need(
+        now == mode,
+        f"{place.name}: PZMOT_SET_KCUBECHANENABLEMODE set the mode {mode}, but "
+        f"PZMOT_GET_KCUBECHANENABLEMODE then returned {now}",
+        rule="pzmot-enable-mode",
+    )
+
+
+def _put_back(trial: Trial, place: Target, mode: int) -> None:
+    trial.line.send(m.PzmotSetKcubeChanEnableMode(mode=mode), place.address)
+    if _mode(trial, place) != mode:
+        raise StagewireError(f"{place.name}: send PZMOT_SET_KCUBECHANENABLEMODE with mode={mode}")
+
+
+def set_state(trial: Trial, place: Target, channel: int, state: EnableState) -> None:
+    """Set the enable state of a channel, and restore the states of all channels at the end of the check.
+
+    The check ends if the states could not be restored, because enabling a channel disables the others.
+    """
+    before = {each: enable_state(trial, place, each) for each in place.channels}
+    enabled = [each for each, was in before.items() if was == EnableState.ENABLE]
+    enabling = place.unit.enabling
+    if enabling is not None and enabling.disables_others and len(enabled) > 1:
+        trial.inconclusive(
+            f"{place.name}: the channels {', '.join(map(str, enabled))} are enabled, and may not all be "
+            "enabled again; enable at most one of them before the run"
+        )
+        raise EnoughError
+    trial.undo(
+        f"enable states of {place.name}",
+        lambda: _put_states_back(trial, place, before),
+        because=lambda: ENABLING,
+    )
+    trial.line.send(m.ModSetChanEnableState(channel, state), place.address)
+    trial.line.pause(_PAUSE)
+    now = enable_state(trial, place, channel)
+    trial.need(
+        now == state,
+        f"{place.name} channel {channel}: MOD_SET_CHANENABLESTATE set {state.name}, but "
+        f"MOD_GET_CHANENABLESTATE then returned {now}",
+        rule="channel-enable",
+        cause=ENABLING,
+    )
+
+
+def _put_states_back(trial: Trial, place: Target, before: dict[int, int]) -> None:
+    """Write the states that have changed: those of disabled channels first."""
+    for state in (EnableState.DISABLE, EnableState.ENABLE):
+        for channel, was in before.items():
+            if was == state != enable_state(trial, place, channel):
+                trial.line.send(m.ModSetChanEnableState(channel, state), place.address)
+                trial.line.pause(_PAUSE)
+    now = {each: enable_state(trial, place, each) for each in place.channels}
+    if now != before:
+        wanted = ", ".join(f"{each}: {EnableState(was).name}" for each, was in before.items())
+        raise StagewireError(f"{place.name}: set these enable states: {wanted}")
