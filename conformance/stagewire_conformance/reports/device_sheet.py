@@ -130,7 +130,7 @@ _WHAT = {
 
 
 def missed(report: Report, checks: Sequence[Check]) -> Iterator[str]:
-    """Yield a clause for each permission that no check used, with the first reason.
+    """Yield a clause for each permission that no check used, with the first reason, and one for all others.
 
     :param checks: all planned checks, in order.
 
@@ -140,13 +140,14 @@ def missed(report: Report, checks: Sequence[Check]) -> Iterator[str]:
         return
     outcomes = {outcome.check.id: outcome for outcome in report.outcomes}
     left_out = {check.id: why for check, why in report.not_run}
+    unneeded = []
     for need in Need:
         needing = [check for check in checks if need in check.needs]
         ran = [outcomes[check.id] for check in needing if check.id in outcomes]
         if need not in report.allowed.granted:
             continue
         if not needing:
-            yield f"{_WHAT[need]} was planned"
+            unneeded.append(str(need))
             continue
         if any(outcome.result in _DECIDED for outcome in ran):
             continue
@@ -159,6 +160,8 @@ def missed(report: Report, checks: Sequence[Check]) -> Iterator[str]:
         ]
         why = next(filter(None, reasons), "none was selected")
         yield f"{_WHAT[need]} produced a result: {why}"
+    if unneeded:
+        yield f"allowed, but needed by no check of this run: {', '.join(unneeded)}"
 
 
 GRADES = {
