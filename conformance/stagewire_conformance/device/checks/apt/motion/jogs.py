@@ -146,7 +146,7 @@ def _jog_continuously(axes: Sequence[Axis]) -> None:
     does=f"sets a single step of {_FAR} counts with MOT_SET_JOGPARAMS, jogs all motors together once "
     "forward within {range}, and restores the parameters",
     settings=True,
-    seconds=5.0,
+    seconds=3.0,
     name="far",
 )
 def _jog_far(axes: Sequence[Axis]) -> None:
