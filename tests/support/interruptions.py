@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from random import Random
@@ -200,12 +201,28 @@ def run_kind(on: Declared, rig: Rig, kind: str, interruption: Interruption) -> E
     checks = [check for check in on.checks if check.kind and check.kind.name in wanted]
     link = InterruptedLink(rig, interruption)
     try:
-        report = run(link, checks, on.declared, on.allowed, 1)
+        with _not_ignored():
+            report = run(link, checks, on.declared, on.allowed, 1)
     except RunInterrupted as error:
         report = error.report
     if report.defect is not None:
         raise report.defect
     return Ended(report, link, interruption, rig)
+
+
+@contextmanager
+def _not_ignored() -> Iterator[None]:
+    """Receive the signals that a shell or nohup ignores for programs in the background."""
+    numbers = [getattr(signal, name) for name in WAYS if name != LOST]
+    ignored = [number for number in numbers if signal.getsignal(number) is signal.SIG_IGN]
+    for number in ignored:
+        default = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
+        signal.signal(number, default)
+    try:
+        yield
+    finally:
+        for number in ignored:
+            signal.signal(number, signal.SIG_IGN)
 
 
 def interrupt(on: Declared, kind: str, make: Callable[[], Rig], count: int, name: str) -> int:
@@ -298,6 +315,8 @@ _RESTORED = {
 
 def _is_harmless(name: str, raw: bytes, speeds: Mapping[str, float]) -> bool:
     """Return whether a message that may move something stops it, or restores a setting at rest."""
+    if name == "WRITE_VECTOR_SPEED":  # the last measure for an axis that ignores its stops
+        return raw[3:-1] == bytes(2) and any(speeds.values())
     disables_all = name == _MODE and raw[8] == 0
     return (
         disables_all or raw[3] == _OFF.get(name) or (name in _RESTORED and not any(speeds.values()))

@@ -21,7 +21,17 @@ from faulty_apt_link import FaultyAptLink, LinkFault
 from ms2000_defects import Defect
 from ms2000_runs import WIDE, controller_of, declared_with
 
-from interruptions import Chosen, Rig, interrupt_kinds, virtual_rig
+from interruptions import (
+    LOST,
+    Chosen,
+    Ended,
+    Interruption,
+    Rig,
+    interrupt_kinds,
+    judge,
+    run_kind,
+    virtual_rig,
+)
 from parts import PROOF
 from stagewire_conformance.device.plans import plan
 
@@ -77,8 +87,8 @@ def test_an_interrupted_defective_controller_is_safe(title: str, count: int) -> 
     interrupt_kinds(chosen(on), make, count, seed=24)
 
 
-@pytest.mark.parametrize(("title", "count"), [*cases(iter(MS2000), 30)])
-def test_an_interrupted_defective_ms2000_is_safe(title: str, count: int) -> None:
+def defective_ms2000(title: str) -> tuple[Chosen, Callable[[], Rig]]:
+    """Return the declaration of a defective MS-2000, and a function that makes one."""
     defect: Defect = MS2000[title]
 
     def make() -> Rig:
@@ -86,4 +96,46 @@ def test_an_interrupted_defective_ms2000_is_safe(title: str, count: int) -> None
         return virtual_rig(controller, lambda link: defect.make(controller))
 
     declared = declared_with(**defect.pics)
-    interrupt_kinds(Chosen(declared, WIDE, plan(declared, WIDE)), make, count, seed=24)
+    return Chosen(declared, WIDE, plan(declared, WIDE)), make
+
+
+@pytest.mark.parametrize(("title", "count"), [*cases(iter(MS2000), 30)])
+def test_an_interrupted_defective_ms2000_is_safe(title: str, count: int) -> None:
+    interrupt_kinds(*defective_ms2000(title), count, seed=24)
+
+
+def interrupted(title: str, kind: str, way: str) -> Ended:
+    """Interrupt a check of a defective MS-2000 soon after something begins to move, and judge the run."""
+    on, make = defective_ms2000(title)
+    began = run_kind(on, make(), kind, Interruption()).link.began
+    ended = run_kind(on, make(), kind, Interruption(began + 1, way))
+    judge(on, ended)
+    return ended
+
+
+def vector_speeds(ended: Ended) -> set[bytes]:
+    """Return the commands after the interruption that set a vector speed."""
+    return {raw for raw, _ in ended.interruption.sent if raw[1] == ord("^")}
+
+
+def test_an_axis_that_ignores_its_stops_at_a_vector_speed_gets_the_speed_0() -> None:
+    ended = interrupted("does_not_stop", "move-vector", "SIGINT")
+    assert vector_speeds(ended) == {bytes.fromhex("18 5e 02 00 00 3a")}
+    assert not any(ended.rig.commanded().values())
+    assert not ended.report.adrift
+
+
+def test_an_axis_at_rest_that_reports_a_speed_gets_no_vector_speed() -> None:
+    ended = interrupted("speed_at_rest", "move-vector", "SIGINT")
+    assert not vector_speeds(ended)
+    for axis, text in zip("XY", ended.report.adrift, strict=True):
+        assert text.startswith(
+            f"axis {axis} still reports motion after STOP_MOTOR, another STOP_MOTOR;"
+        )
+
+
+def test_an_axis_that_a_new_counter_may_move_is_reported_when_the_line_is_lost() -> None:
+    ended = interrupted("counter_moves", "counter", LOST)
+    assert any(ended.rig.commanded().values())
+    [text] = ended.report.adrift
+    assert text.startswith("axis X may still be moving: the line was lost before it came to rest")

@@ -62,7 +62,7 @@ class CommandLine(GuardedLink):
         """The command without a reply that was sent last before :attr:`unasked`; empty if it was another."""
         self.moving: set[int] = set()
         """Axes that may be moving. A check removes an axis once it has reported rest."""
-        # the same, including axes that have reported rest in this check
+        # the same, including axes that have reported rest in this check, and suspects
         self._moved: set[int] = set()
         # axes whose last motion has a speed instead of a target
         self._at_speed: set[int] = set()
@@ -108,6 +108,10 @@ class CommandLine(GuardedLink):
             self._in_step = False  # a controller may read it differently
         self._write(raw, partial(self._words, frame))
         self._stirred = self.now
+
+    def suspect(self, axis: int) -> None:
+        """Also stop this axis if the check is interrupted: a faulty controller may move it now."""
+        self._moved.add(axis)
 
     def send_bytes(self, raw: bytes, about: str = "") -> None:
         """Send bytes that need not be a command.
@@ -221,8 +225,8 @@ class CommandLine(GuardedLink):
     def parts(self, *, going: bool = False) -> list[Part]:
         """Return the axes that were set in motion; see :meth:`.GuardedLink.parts`.
 
-        A stop disables an axis (section 16). It is sent again if it has no effect. A motion at a vector speed
-        is then ended with the speed 0 (section 25).
+        A stop disables an axis (section 16). It is sent again if it has no effect. If the axis still moves at
+        a vector speed, the speed 0 follows (section 25).
         """
         return [self._part(axis) for axis in sorted(self.moving if going else self._moved)]
 
@@ -235,7 +239,8 @@ class CommandLine(GuardedLink):
         stop = partial(self._stop_axis, axis)
         measures = [Measure("STOP_MOTOR", stop), Measure("another STOP_MOTOR", stop)]
         if axis in self._at_speed:
-            measures.append(Measure("WRITE_VECTOR_SPEED 0", partial(self._end_speed, axis)))
+            end = partial(self._end_speed, axis)
+            measures.append(Measure("WRITE_VECTOR_SPEED 0", end, moves=True))
         return Part(f"axis {self._name(axis)}", tuple(measures), partial(self._look, axis))
 
     def _note_speed(self, axis: int, command: Command | SetupCommand) -> None:

@@ -54,11 +54,14 @@ class Measure:
     :param text: such as ``an immediate MOT_MOVE_STOP``.
     :param take: sends it. It raises nothing on a lost line.
     :param disables: whether it disables the part.
+    :param moves: whether it is a motion, such as one at the speed 0. It is not sent to a part that reports
+        motion but does not change its position.
     """
 
     text: str
     take: Callable[[], None]
     disables: bool = False
+    moves: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,8 +149,12 @@ class _Watched:
     @property
     def rests(self) -> bool:
         """Whether the part is at rest, according to its positions and its status."""
-        stays = any(self._stays(seconds, most) for seconds, most in _STILL)
-        return stays and not self.seen[-1].moving
+        return self._is_still and not self.seen[-1].moving
+
+    @property
+    def _is_still(self) -> bool:
+        """Whether the part is at rest, according to its positions."""
+        return any(self._stays(seconds, most) for seconds, most in _STILL)
 
     def _stays(self, seconds: float, most: int) -> bool:
         """Return whether the position has changed by at most ``most`` in the last ``seconds``."""
@@ -180,10 +187,16 @@ class _Watched:
             return None
         return abs(seen[-1].position - seen[0].position) / max(seen[-1].time - seen[0].time, 1e-3)
 
-    def take_more(self, now: float) -> None:
-        """Take the next measure."""
-        self.part.measures[self.taken].take()
+    def take_more(self, now: float) -> bool:
+        """Take the next measure; return whether there was one."""
+        if self.taken == len(self.part.measures):
+            return False
+        measure = self.part.measures[self.taken]
+        if measure.moves and self._is_still:
+            return False
+        measure.take()
         self.taken, self.since, self.unanswered = self.taken + 1, now, 0
+        return True
 
     @property
     def adrift(self) -> Adrift:
@@ -236,12 +249,9 @@ def bring_to_rest(line: Clocked, parts: Sequence[Part], stopped: Container[str])
             each.look()
             if each.rests:
                 watched.remove(each)
-            elif each.needs_more(line.now):
-                if each.taken < len(each.part.measures):
-                    each.take_more(line.now)
-                else:
-                    watched.remove(each)
-                    lost.append(each.adrift)
+            elif each.needs_more(line.now) and not each.take_more(line.now):
+                watched.remove(each)
+                lost.append(each.adrift)
         if watched:
             line.pause(_POLL)
     return lost

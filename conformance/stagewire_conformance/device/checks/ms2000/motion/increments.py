@@ -189,6 +189,7 @@ def _renumber(mover: Mover) -> None:
     near = place.was + _shift(mover, place.was)
     what = f"position counter of axis {mover.name}: {place.was}"
     mover.trial.undo(what, place.put_back)
+    mover.line.suspect(mover.address)
     if not place.write(near):
         return
     mover.silent(m.WriteMotorPosition(near))
