@@ -289,7 +289,7 @@ def _call(device: Any, part: Any, name: str) -> Callable[..., Any]:
         other = _OTHERWISE.get(name)
         instead = f"; give {other[1]} instead" if other and hasattr(part, other[0]) else ""
         raise CalledWronglyError(
-            f"{device.unit.name} does not support {what}: its class has no method for it{instead}"
+            f"{device.unit.name} does not support {what}: its class has no {name}(){instead}"
         )
     return call
 
