@@ -256,7 +256,10 @@ def test_a_unit_that_does_not_move_is_refused(stagewire: Stagewire, attach: Atta
         attach(reader)
         result = stagewire("move", URL, "--unit", "TSG001", "--counts", "--to", "1", "--yes")
     assert result.code == 2
-    assert "TSG001 does not support move absolute: its class has no start_move_absolute()" in result.err
+    assert (
+        "TSG001 does not support move absolute: its class has no start_move_absolute()"
+        in result.err
+    )
 
 
 def test_an_axis_without_relative_moves_suggests_to(stagewire: Stagewire, attach: Attach) -> None:

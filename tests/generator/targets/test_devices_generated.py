@@ -11,6 +11,7 @@ import sys
 import typing
 from collections.abc import Callable
 from functools import cache
+from itertools import takewhile
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -68,8 +69,8 @@ def elements(cls: type) -> list[type]:
 
 def tables_of_function(function: Any) -> list[Any]:
     function = inspect.unwrap(function)
-    names = [name for name in function.__code__.co_names if name.isupper()]
-    return [getattr(function.__globals__["t"], name) for name in names]
+    names = takewhile(lambda name: name != "e", function.__code__.co_names)  # then fixed values
+    return [getattr(function.__globals__["t"], name) for name in names if name.isupper()]
 
 
 def tables_of(cls: type) -> list[Any]:
@@ -114,13 +115,14 @@ def test_every_message_of_a_unit_can_be_sent_by_a_method(package: str, unit: str
         for name, function in methods(each).items():
             [table] = tables_of_function(function)
             needed = {
-                "get_": lambda t: [t.req, t.get],
-                "set_": lambda t: [t.set],
-                "change_": lambda t: [t.set, t.req, t.get],
+                "_get": lambda t: [t.req, t.get],
+                "_set": lambda t: [t.set],
+                "_change": lambda t: [t.set, t.req, t.get],
+                "_establish": lambda t: [t.set, t.req, t.get],
             }
             if isinstance(table, ParameterSet):
-                verb = "get_" if name == "reading" else name.partition("_")[0] + "_"
-                assert {c.layout.message for c in needed[verb](table)} <= {*known}
+                primitive = inspect.unwrap(function).__code__.co_names[0]
+                assert {c.layout.message for c in needed[primitive](table)} <= {*known}, name
 
 
 @pytest.mark.parametrize(("package", "unit"), units())

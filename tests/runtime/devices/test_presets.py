@@ -113,7 +113,7 @@ def test_a_nanotrak_tracks_only_when_asked() -> None:
         found = device.reading().circ_pos_a_nt
         assert abs(found - 5) > 0.5
         line.forget()
-        device.home()
+        device.home_circle()
         assert line.names(PROTOCOL) == ["PZ_MOVE_NTCIRCTOHOMEPOS"]
         line.controller.advance(0.5)
         assert device.reading().circ_pos_a_nt == pytest.approx(5, abs=0.01)

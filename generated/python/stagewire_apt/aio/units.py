@@ -165,7 +165,7 @@ class BBD101Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -211,6 +211,13 @@ class _BBD101Calls(
 class BBD101(_BBD101Calls):
     """One-channel benchtop brushless DC motor driver for asyncio.
 
+    ::
+
+        async with BBD101.open("COM3", stage="DDSM100") as bbd101:
+            await bbd101.bay(1).home()
+            await bbd101.bay(1).move_absolute(mm=1)
+            print(await bbd101.bay(1).position)
+
     BBD101, Issue 3, page 27. Its messages: those of its family brushless_dc_single: No list is
     printed. Like brushless_dc, except the digital inputs and outputs of the motherboard, which
     pages 25 and 26 assign only to card slot systems with two or three channels.
@@ -239,7 +246,7 @@ class BBD102Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -287,6 +294,13 @@ class _BBD102Calls(
 class BBD102(_BBD102Calls):
     """Two-channel benchtop brushless DC motor driver for asyncio.
 
+    ::
+
+        async with BBD102.open("COM3", stage="DDSM100") as bbd102:
+            await bbd102.bay(1).home()
+            await bbd102.bay(1).move_absolute(mm=1)
+            print(await bbd102.bay(1).position)
+
     BBD102, Issue 3, page 27. Its messages: those of its family brushless_dc: No list is printed.
     Assumed: the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the
     DC status, except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001
@@ -317,7 +331,7 @@ class BBD103Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -365,6 +379,13 @@ class _BBD103Calls(
 class BBD103(_BBD103Calls):
     """Three-channel benchtop brushless DC motor driver for asyncio.
 
+    ::
+
+        async with BBD103.open("COM3", stage="DDSM100") as bbd103:
+            await bbd103.bay(1).home()
+            await bbd103.bay(1).move_absolute(mm=1)
+            print(await bbd103.bay(1).position)
+
     BBD103, Issue 3, page 27. Its messages: those of its family brushless_dc: No list is printed.
     Assumed: the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the
     DC status, except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001
@@ -396,7 +417,7 @@ class BBD201Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -442,6 +463,13 @@ class _BBD201Calls(
 class BBD201(_BBD201Calls):
     """One-channel benchtop brushless DC motor driver for asyncio.
 
+    ::
+
+        async with BBD201.open("COM3", stage="DDSM100") as bbd201:
+            await bbd201.bay(1).home()
+            await bbd201.bay(1).move_absolute(mm=1)
+            print(await bbd201.bay(1).position)
+
     BBD201, Issue 3, page 27. Its messages: the printed list, Issue 37, page 21.
 
     Not named on page 7; treated like the BBD101, since page 14 gives one scale for BBDxxx.
@@ -469,7 +497,7 @@ class BBD202Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -517,6 +545,13 @@ class _BBD202Calls(
 class BBD202(_BBD202Calls):
     """Two-channel benchtop brushless DC motor driver for asyncio.
 
+    ::
+
+        async with BBD202.open("COM3", stage="DDSM100") as bbd202:
+            await bbd202.bay(1).home()
+            await bbd202.bay(1).move_absolute(mm=1)
+            print(await bbd202.bay(1).position)
+
     BBD202, Issue 37, page 61. Its messages: those of its family brushless_dc_20x: The printed list
     of page 21, and two sets of brushless_dc that it omits: the status bits and the digital outputs
     of the motherboard, which pages 56 and 57 assign to card slot controllers with two or three
@@ -549,7 +584,7 @@ class BBD203Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -597,6 +632,13 @@ class _BBD203Calls(
 class BBD203(_BBD203Calls):
     """Three-channel benchtop brushless DC motor driver for asyncio.
 
+    ::
+
+        async with BBD203.open("COM3", stage="DDSM100") as bbd203:
+            await bbd203.bay(1).home()
+            await bbd203.bay(1).move_absolute(mm=1)
+            print(await bbd203.bay(1).position)
+
     BBD203, Issue 37, page 61. Its messages: those of its family brushless_dc_20x: The printed list
     of page 21, and two sets of brushless_dc that it omits: the status bits and the digital outputs
     of the motherboard, which pages 56 and 57 assign to card slot controllers with two or three
@@ -634,7 +676,7 @@ class BBD301Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -685,6 +727,13 @@ class _BBD301Calls(
 class BBD301(_BBD301Calls):
     """One-channel benchtop brushless DC motor driver BBD30x for asyncio.
 
+    ::
+
+        async with BBD301.open("COM3", stage="DDSM100") as bbd301:
+            await bbd301.bay(1).home()
+            await bbd301.bay(1).move_absolute(mm=1)
+            print(await bbd301.bay(1).position)
+
     BBD301, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
     Page 61 does not list the BBD30x. Bays are assumed as in the BBD20x, whose last digit is the
@@ -718,7 +767,7 @@ class BBD302Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -769,6 +818,13 @@ class _BBD302Calls(
 class BBD302(_BBD302Calls):
     """Two-channel benchtop brushless DC motor driver BBD30x for asyncio.
 
+    ::
+
+        async with BBD302.open("COM3", stage="DDSM100") as bbd302:
+            await bbd302.bay(1).home()
+            await bbd302.bay(1).move_absolute(mm=1)
+            print(await bbd302.bay(1).position)
+
     BBD302, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
     Page 61 does not list the BBD30x. Bays are assumed as in the BBD20x, whose last digit is the
@@ -802,7 +858,7 @@ class BBD303Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -853,6 +909,13 @@ class _BBD303Calls(
 class BBD303(_BBD303Calls):
     """Three-channel benchtop brushless DC motor driver BBD30x for asyncio.
 
+    ::
+
+        async with BBD303.open("COM3", stage="DDSM100") as bbd303:
+            await bbd303.bay(1).home()
+            await bbd303.bay(1).move_absolute(mm=1)
+            print(await bbd303.bay(1).position)
+
     BBD303, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
     Page 61 does not list the BBD30x. Bays are assumed as in the BBD20x, whose last digit is the
@@ -882,7 +945,7 @@ class _BMS001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -904,6 +967,13 @@ class _BMS001Calls(
 
 class BMS001(_BMS001Calls):
     """One-channel benchtop low power stepper driver (legacy) for asyncio.
+
+    ::
+
+        async with BMS001.open("COM3", stage="APT_STEPPER") as bms001:
+            await bms001.home()
+            await bms001.move_absolute(mm=1)
+            print(await bms001.position)
 
     BMS001, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -929,7 +999,7 @@ class BMS002Channel(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -974,6 +1044,13 @@ class _BMS002Calls(
 class BMS002(_BMS002Calls):
     """Two-channel benchtop low power stepper driver (legacy) for asyncio.
 
+    ::
+
+        async with BMS002.open("COM3", stage="APT_STEPPER") as bms002:
+            await bms002.channel(1).home()
+            await bms002.channel(1).move_absolute(mm=1)
+            print(await bms002.channel(1).position)
+
     BMS002, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
     messages for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
@@ -1001,7 +1078,7 @@ class _BNT001Calls(
     nanotrak.WithNtMode,
     nanotrak.WithNtTrackThreshold,
     nanotrak.WithNtCircHomePos,
-    nanotrak.CanPzHome,
+    nanotrak.CanHomeCircle,
     nanotrak.WithNtCircCentrePos,
     nanotrak.WithNtCircParams,
     nanotrak.WithNtCircDia,
@@ -1625,7 +1702,7 @@ class _BSC001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1647,6 +1724,13 @@ class _BSC001Calls(
 
 class BSC001(_BSC001Calls):
     """One-channel benchtop stepper driver (legacy) for asyncio.
+
+    ::
+
+        async with BSC001.open("COM3", stage="DRV001") as bsc001:
+            await bsc001.home()
+            await bsc001.move_absolute(mm=1)
+            print(await bsc001.position)
 
     BSC001, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -1672,7 +1756,7 @@ class BSC002Channel(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1717,6 +1801,13 @@ class _BSC002Calls(
 class BSC002(_BSC002Calls):
     """Two-channel benchtop stepper driver (legacy) for asyncio.
 
+    ::
+
+        async with BSC002.open("COM3", stage="DRV001") as bsc002:
+            await bsc002.channel(1).home()
+            await bsc002.channel(1).move_absolute(mm=1)
+            print(await bsc002.channel(1).position)
+
     BSC002, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
     messages for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
@@ -1750,7 +1841,7 @@ class _BSC101Calls(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1773,6 +1864,13 @@ class _BSC101Calls(
 
 class BSC101(_BSC101Calls):
     """One-channel benchtop stepper driver (since 2006) for asyncio.
+
+    ::
+
+        async with BSC101.open("COM3", stage="DRV001") as bsc101:
+            await bsc101.home()
+            await bsc101.move_absolute(mm=1)
+            print(await bsc101.position)
 
     BSC101, Issue 37, page 61. Its messages: those of its family benchtop_stepper_2006: For the
     BSC101: the printed list of page 16, without MOT_KCUBEKSTLOOPPARAMS, which page 148 restricts to
@@ -1805,7 +1903,7 @@ class BSC102Bay(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1845,6 +1943,13 @@ class _BSC102Calls(
 class BSC102(_BSC102Calls):
     """Two-channel benchtop stepper driver (since 2006) for asyncio.
 
+    ::
+
+        async with BSC102.open("COM3", stage="DRV001") as bsc102:
+            await bsc102.bay(1).home()
+            await bsc102.bay(1).move_absolute(mm=1)
+            print(await bsc102.bay(1).position)
+
     BSC102, Issue 3, page 27. Its messages: those of its family card_slot_stepper: No list is
     printed. Like benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10
     and 23; pages 25 and 26 name the BSC103).
@@ -1877,7 +1982,7 @@ class BSC103Bay(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1917,6 +2022,13 @@ class _BSC103Calls(
 class BSC103(_BSC103Calls):
     """Three-channel benchtop stepper driver (since 2006) for asyncio.
 
+    ::
+
+        async with BSC103.open("COM3", stage="DRV001") as bsc103:
+            await bsc103.bay(1).home()
+            await bsc103.bay(1).move_absolute(mm=1)
+            print(await bsc103.bay(1).position)
+
     BSC103, Issue 3, page 27. Its messages: those of its family card_slot_stepper: No list is
     printed. Like benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10
     and 23; pages 25 and 26 name the BSC103).
@@ -1951,7 +2063,7 @@ class _BSC201Calls(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1973,6 +2085,13 @@ class _BSC201Calls(
 
 class BSC201(_BSC201Calls):
     """One-channel benchtop stepper driver (since 2012) for asyncio.
+
+    ::
+
+        async with BSC201.open("COM3", stage="DRV001") as bsc201:
+            await bsc201.home()
+            await bsc201.move_absolute(mm=1)
+            print(await bsc201.position)
 
     BSC201, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
@@ -2010,7 +2129,7 @@ class BSC202Bay(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2047,6 +2166,13 @@ class _BSC202Calls(
 class BSC202(_BSC202Calls):
     """Two-channel benchtop stepper driver (since 2012) for asyncio.
 
+    ::
+
+        async with BSC202.open("COM3", stage="DRV001") as bsc202:
+            await bsc202.bay(1).home()
+            await bsc202.bay(1).move_absolute(mm=1)
+            print(await bsc202.bay(1).position)
+
     BSC202, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
     A card slot system like the BSC102 (page 46); page 33 gives neither of them a prefix. Its list
@@ -2082,7 +2208,7 @@ class BSC203Bay(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2118,6 +2244,13 @@ class _BSC203Calls(
 
 class BSC203(_BSC203Calls):
     """Three-channel benchtop stepper driver (since 2012) for asyncio.
+
+    ::
+
+        async with BSC203.open("COM3", stage="DRV001") as bsc203:
+            await bsc203.bay(1).home()
+            await bsc203.bay(1).move_absolute(mm=1)
+            print(await bsc203.bay(1).position)
 
     BSC203, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
@@ -2193,7 +2326,7 @@ class _K10CR1Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2217,6 +2350,13 @@ class _K10CR1Calls(
 
 class K10CR1(_K10CR1Calls):
     """Rotation stage with a built-in stepper driver for asyncio.
+
+    ::
+
+        async with K10CR1.open("COM3") as k10cr1:
+            await k10cr1.home()
+            await k10cr1.move_absolute(deg=1)
+            print(await k10cr1.position)
 
     K10CR1, Issue 37, page 33. Its messages: the printed lists, Issue 37, pages 13, 15.
 
@@ -2245,7 +2385,7 @@ class _KBD101Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2280,6 +2420,13 @@ class _KBD101Calls(
 class KBD101(_KBD101Calls):
     """One-channel K-Cube brushless DC driver for asyncio.
 
+    ::
+
+        async with KBD101.open("COM3", stage="DDSM100") as kbd101:
+            await kbd101.home()
+            await kbd101.move_absolute(mm=1)
+            print(await kbd101.position)
+
     KBD101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 21, 22.
 
     Its list has the RACK messages, but it has one channel and its own USB node (page 32).
@@ -2309,7 +2456,7 @@ class _KDC101Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2338,6 +2485,13 @@ class _KDC101Calls(
 
 class KDC101(_KDC101Calls):
     """One-channel K-Cube DC servo driver for asyncio.
+
+    ::
+
+        async with KDC101.open("COM3", stage="MTS25-Z8") as kdc101:
+            await kdc101.home()
+            await kdc101.move_absolute(mm=1)
+            print(await kdc101.position)
 
     KDC101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 8, 9.
 
@@ -2666,7 +2820,7 @@ class _KNA101Calls(
     nanotrak.WithNtMode,
     nanotrak.WithNtTrackThreshold,
     nanotrak.WithNtCircHomePos,
-    nanotrak.CanPzHome,
+    nanotrak.CanHomeCircle,
     nanotrak.WithNtCircCentrePos,
     nanotrak.WithNtCircParams,
     nanotrak.WithNtCircDia,
@@ -2933,7 +3087,7 @@ class _KST101Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2961,6 +3115,13 @@ class _KST101Calls(
 
 class KST101(_KST101Calls):
     """One-channel K-Cube stepper driver for asyncio.
+
+    ::
+
+        async with KST101.open("COM3", stage="DRV001") as kst101:
+            await kst101.home()
+            await kst101.move_absolute(mm=1)
+            print(await kst101.position)
 
     KST101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 13, 14.
 
@@ -2990,7 +3151,7 @@ class _KST201Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3016,6 +3177,13 @@ class _KST201Calls(
 
 class KST201(_KST201Calls):
     """One-channel K-Cube stepper driver, second version for asyncio.
+
+    ::
+
+        async with KST201.open("COM3", stage="DRV001") as kst201:
+            await kst201.home()
+            await kst201.move_absolute(mm=1)
+            print(await kst201.position)
 
     KST201, Issue 37, page 14. Its messages: the printed list, Issue 37, page 14.
 
@@ -3047,7 +3215,7 @@ class _KVS30Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3072,6 +3240,13 @@ class _KVS30Calls(
 
 class KVS30(_KVS30Calls):
     """Vertical stage with a built-in DC servo driver for asyncio.
+
+    ::
+
+        async with KVS30.open("COM3") as kvs30:
+            await kvs30.home()
+            await kvs30.move_absolute(mm=1)
+            print(await kvs30.position)
 
     KVS30, Issue 37, page 10. Its messages: the printed list, Issue 37, page 10.
 
@@ -3098,7 +3273,7 @@ class _LTS150Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3120,6 +3295,13 @@ class _LTS150Calls(
 
 class LTS150(_LTS150Calls):
     """Long travel stage with a built-in stepper driver for asyncio.
+
+    ::
+
+        async with LTS150.open("COM3") as lts150:
+            await lts150.home()
+            await lts150.move_absolute(counts=1000)
+            print(await lts150.position_counts)
 
     LTS150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
 
@@ -3148,7 +3330,7 @@ class _LTS300Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3170,6 +3352,13 @@ class _LTS300Calls(
 
 class LTS300(_LTS300Calls):
     """Long travel stage with a built-in stepper driver for asyncio.
+
+    ::
+
+        async with LTS300.open("COM3") as lts300:
+            await lts300.home()
+            await lts300.move_absolute(counts=1000)
+            print(await lts300.position_counts)
 
     LTS300, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
 
@@ -3262,7 +3451,7 @@ class _MLJ050Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3283,6 +3472,13 @@ class _MLJ050Calls(
 
 class MLJ050(_MLJ050Calls):
     """Motorized labjack with a built-in stepper driver for asyncio.
+
+    ::
+
+        async with MLJ050.open("COM3") as mlj050:
+            await mlj050.home()
+            await mlj050.move_absolute(counts=1000)
+            print(await mlj050.position_counts)
 
     MLJ050, Issue 37, page 33. Its messages: the printed list, Issue 37, page 19.
 
@@ -3310,7 +3506,7 @@ class _MLJ150Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3331,6 +3527,13 @@ class _MLJ150Calls(
 
 class MLJ150(_MLJ150Calls):
     """Motorized labjack with a built-in stepper driver for asyncio.
+
+    ::
+
+        async with MLJ150.open("COM3") as mlj150:
+            await mlj150.home()
+            await mlj150.move_absolute(counts=1000)
+            print(await mlj150.position_counts)
 
     MLJ150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 19.
 
@@ -3355,7 +3558,7 @@ class _MNA601Calls(
     nanotrak.WithNtMode,
     nanotrak.WithNtTrackThreshold,
     nanotrak.WithNtCircHomePos,
-    nanotrak.CanPzHome,
+    nanotrak.CanHomeCircle,
     nanotrak.WithNtCircCentrePos,
     nanotrak.WithNtCircParams,
     nanotrak.WithNtCircDia,
@@ -3393,7 +3596,7 @@ class MPC220Channel(
     generic.WithChanEnableState,
     generic.CanIdentify,
     motor.WithPosCounter,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.CanMoveAbsolute,
     motor.CanStop,
     motor.CanJog,
@@ -3445,6 +3648,14 @@ class _MPC220Calls(
 class MPC220(_MPC220Calls):
     """Two-channel motorized polarization controller for asyncio.
 
+    ::
+
+        async with MPC220.open("COM3") as mpc220:
+            await mpc220.channel(1).enable()
+            await mpc220.channel(1).home()
+            await mpc220.channel(1).move_absolute(deg=1)
+            print(await mpc220.channel(1).position)
+
     MPC220, Issue 37, page 29. Its messages: the printed list, Issue 37, page 29.
 
     A channel for each paddle. See MPC320 for how its channels are enabled.
@@ -3460,7 +3671,7 @@ class MPC320Channel(
     generic.WithChanEnableState,
     generic.CanIdentify,
     motor.WithPosCounter,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.CanMoveAbsolute,
     motor.CanStop,
     motor.CanJog,
@@ -3511,6 +3722,14 @@ class _MPC320Calls(
 
 class MPC320(_MPC320Calls):
     """Three-channel motorized polarization controller for asyncio.
+
+    ::
+
+        async with MPC320.open("COM3") as mpc320:
+            await mpc320.channel(1).enable()
+            await mpc320.channel(1).home()
+            await mpc320.channel(1).move_absolute(deg=1)
+            print(await mpc320.channel(1).position)
 
     MPC320, Issue 37, page 29. Its messages: the printed list, Issue 37, page 29.
 
@@ -3589,7 +3808,7 @@ class MST601Channel(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3636,6 +3855,13 @@ class _MST601Calls(
 class MST601(_MST601Calls):
     """Two-channel modular stepper driver for asyncio.
 
+    ::
+
+        async with MST601.open("COM3", stage="DRV001") as mst601:
+            await mst601.channel(1).home()
+            await mst601.channel(1).move_absolute(mm=1)
+            print(await mst601.channel(1).position)
+
     MST601, Issue 3, page 27. Its messages: those of its family modular_stepper: No list is printed.
     Like card_slot_stepper, except HW_DISCONNECT: a module has no USB node, and the list of the
     corresponding piezo module, the MPZ601, omits it. That list also omits RACK_REQ_STATUSBITS,
@@ -3662,7 +3888,7 @@ class MST602Channel(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3708,6 +3934,13 @@ class _MST602Calls(
 class MST602(_MST602Calls):
     """Two-channel modular stepper driver (since 2013) for asyncio.
 
+    ::
+
+        async with MST602.open("COM3", stage="DRV001") as mst602:
+            await mst602.channel(1).home()
+            await mst602.channel(1).move_absolute(mm=1)
+            print(await mst602.channel(1).position)
+
     MST602, Issue 37, page 61. Its messages: those of its family modular_stepper_2013: No list is
     printed. Like modular_stepper, plus the power of the phases (page 71), but without
     MOT_MOVE_VELOCITY: page 87 has the direction of channel 2 in the upper four bits, so the usual
@@ -3738,7 +3971,7 @@ class _ODC001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3763,6 +3996,13 @@ class _ODC001Calls(
 
 class ODC001(_ODC001Calls):
     """One-channel cube DC servo driver for asyncio.
+
+    ::
+
+        async with ODC001.open("COM3") as odc001:
+            await odc001.home()
+            await odc001.move_absolute(counts=1000)
+            print(await odc001.position_counts)
 
     ODC001, Issue 3, page 27. Its messages: those of its family dc_servo_opto: No list is printed.
     Like the TDC001, except the LM628 PID (page 51: TDC001 only), plus HW_DISCONNECT and
@@ -3791,7 +4031,7 @@ class _OST001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3817,6 +4057,13 @@ class _OST001Calls(
 class OST001(_OST001Calls):
     """One-channel cube stepper driver for asyncio.
 
+    ::
+
+        async with OST001.open("COM3", stage="APT_STEPPER") as ost001:
+            await ost001.home()
+            await ost001.move_absolute(mm=1)
+            print(await ost001.position)
+
     OST001, Issue 3, page 27. Its messages: those of its family opto_stepper: No list is printed.
     Like benchtop_stepper, plus the LED, potentiometer and buttons of the control keypad.
 
@@ -3835,7 +4082,7 @@ class _PDXC2Calls(
     generic.CanStopUpdates,
     generic.WithChanEnableState,
     generic.CanIdentify,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.CanStop,
     motor.WithMotEepromParams,
     motor.WithPmdStageAxisParams,
@@ -3993,7 +4240,7 @@ class _TBD001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -4025,6 +4272,13 @@ class _TBD001Calls(
 class TBD001(_TBD001Calls):
     """One-channel T-Cube brushless DC driver for asyncio.
 
+    ::
+
+        async with TBD001.open("COM3", stage="DDSM100") as tbd001:
+            await tbd001.home()
+            await tbd001.move_absolute(mm=1)
+            print(await tbd001.position)
+
     TBD001, Issue 37, page 61. Its messages: the printed list, Issue 37, page 21.
 
     Its list has the RACK messages, but it has one channel and its own USB node (page 33).
@@ -4051,7 +4305,7 @@ class _TDC001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -4077,6 +4331,13 @@ class _TDC001Calls(
 
 class TDC001(_TDC001Calls):
     """One-channel T-Cube DC servo driver for asyncio.
+
+    ::
+
+        async with TDC001.open("COM3", stage="MTS25-Z8") as tdc001:
+            await tdc001.home()
+            await tdc001.move_absolute(mm=1)
+            print(await tdc001.position)
 
     TDC001, Issue 3, page 27. Its messages: the printed list, Issue 37, page 8.
 
@@ -4237,7 +4498,7 @@ class _TNA001Calls(
     nanotrak.WithNtMode,
     nanotrak.WithNtTrackThreshold,
     nanotrak.WithNtCircHomePos,
-    nanotrak.CanPzHome,
+    nanotrak.CanHomeCircle,
     nanotrak.WithNtCircCentrePos,
     nanotrak.WithNtCircParams,
     nanotrak.WithNtCircDia,
@@ -4470,7 +4731,7 @@ class _TST001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -4495,6 +4756,13 @@ class _TST001Calls(
 
 class TST001(_TST001Calls):
     """One-channel T-Cube stepper driver for asyncio.
+
+    ::
+
+        async with TST001.open("COM3", stage="DRV001") as tst001:
+            await tst001.home()
+            await tst001.move_absolute(mm=1)
+            print(await tst001.position)
 
     TST001, Issue 3, page 27. Its messages: those of its family cube_stepper: No list is printed.
     Like opto_stepper, plus the HUB messages, which read the bay of a T-Cube (page 24). The lists of
@@ -4521,7 +4789,7 @@ class _TST101Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -4545,6 +4813,13 @@ class _TST101Calls(
 
 class TST101(_TST101Calls):
     """One-channel T-Cube stepper driver with 2048 microsteps for asyncio.
+
+    ::
+
+        async with TST101.open("COM3", stage="DRV001") as tst101:
+            await tst101.home()
+            await tst101.move_absolute(mm=1)
+            print(await tst101.position)
 
     TST101, Issue 37, page 13. Its messages: the printed lists, Issue 37, pages 13, 14.
 

@@ -37,6 +37,8 @@ __all__ = [
     "ENC_COUNTER",
     "FIND_TIA_GAIN",
     "GEN_MOVE_PARAMS",
+    "HOME",
+    "HOME_CIRCLE",
     "HOME_PARAMS",
     "HUB_BAY_USED",
     "IDENTIFY",
@@ -95,7 +97,6 @@ __all__ = [
     "MMI_PARAMS",
     "MOD_DIG_OUTPUTS",
     "MOT_EEPROM_PARAMS",
-    "MOT_HOME",
     "MOT_STATUS_BITS",
     "MOT_TRIG_IO_CONFIG",
     "MOVE_ABSOLUTE",
@@ -175,7 +176,6 @@ __all__ = [
     "PZMOT_STATUS_UPDATE",
     "PZMOT_STOP",
     "PZ_EEPROM_PARAMS",
-    "PZ_HOME",
     "PZ_STATUS_BITS",
     "PZ_STATUS_UPDATE",
     "QUAD_ACK_STATUS_UPDATE",
@@ -4255,7 +4255,7 @@ YES_FLASH_PROGRAMMING = Command("yes_flash_programming", message=m.HwYesFlashPro
 
 NO_FLASH_PROGRAMMING = Command("no_flash_programming", message=m.HwNoFlashProgramming)
 
-MOT_HOME = Action(
+HOME = Action(
     "home",
     message=m.MotMoveHome,
     ends=Ends(
@@ -4576,7 +4576,7 @@ SET_NT_MODE = Command(
     given=(Given("state", "state", choices=e.NanotrakMode, minimum=0, maximum=255),),
 )
 
-PZ_HOME = Command("home", message=m.PzMoveNtCircToHomePos)
+HOME_CIRCLE = Command("home_circle", message=m.PzMoveNtCircToHomePos)
 
 ACK_NT_STATUS_UPDATE = Command("ack_nt_status_update", message=m.PzAckNtStatusUpdate)
 

@@ -167,7 +167,7 @@ class BBD101Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -213,6 +213,13 @@ class _BBD101Calls(
 class BBD101(_BBD101Calls):
     """One-channel benchtop brushless DC motor driver.
 
+    ::
+
+        with BBD101.open("COM3", stage="DDSM100") as bbd101:
+            bbd101.bay(1).home()
+            bbd101.bay(1).move_absolute(mm=1)
+            print(bbd101.bay(1).position)
+
     BBD101, Issue 3, page 27. Its messages: those of its family brushless_dc_single: No list is
     printed. Like brushless_dc, except the digital inputs and outputs of the motherboard, which
     pages 25 and 26 assign only to card slot systems with two or three channels.
@@ -241,7 +248,7 @@ class BBD102Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -289,6 +296,13 @@ class _BBD102Calls(
 class BBD102(_BBD102Calls):
     """Two-channel benchtop brushless DC motor driver.
 
+    ::
+
+        with BBD102.open("COM3", stage="DDSM100") as bbd102:
+            bbd102.bay(1).home()
+            bbd102.bay(1).move_absolute(mm=1)
+            print(bbd102.bay(1).position)
+
     BBD102, Issue 3, page 27. Its messages: those of its family brushless_dc: No list is printed.
     Assumed: the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the
     DC status, except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001
@@ -319,7 +333,7 @@ class BBD103Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -367,6 +381,13 @@ class _BBD103Calls(
 class BBD103(_BBD103Calls):
     """Three-channel benchtop brushless DC motor driver.
 
+    ::
+
+        with BBD103.open("COM3", stage="DDSM100") as bbd103:
+            bbd103.bay(1).home()
+            bbd103.bay(1).move_absolute(mm=1)
+            print(bbd103.bay(1).position)
+
     BBD103, Issue 3, page 27. Its messages: those of its family brushless_dc: No list is printed.
     Assumed: the generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the
     DC status, except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001
@@ -398,7 +419,7 @@ class BBD201Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -444,6 +465,13 @@ class _BBD201Calls(
 class BBD201(_BBD201Calls):
     """One-channel benchtop brushless DC motor driver.
 
+    ::
+
+        with BBD201.open("COM3", stage="DDSM100") as bbd201:
+            bbd201.bay(1).home()
+            bbd201.bay(1).move_absolute(mm=1)
+            print(bbd201.bay(1).position)
+
     BBD201, Issue 3, page 27. Its messages: the printed list, Issue 37, page 21.
 
     Not named on page 7; treated like the BBD101, since page 14 gives one scale for BBDxxx.
@@ -471,7 +499,7 @@ class BBD202Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -519,6 +547,13 @@ class _BBD202Calls(
 class BBD202(_BBD202Calls):
     """Two-channel benchtop brushless DC motor driver.
 
+    ::
+
+        with BBD202.open("COM3", stage="DDSM100") as bbd202:
+            bbd202.bay(1).home()
+            bbd202.bay(1).move_absolute(mm=1)
+            print(bbd202.bay(1).position)
+
     BBD202, Issue 37, page 61. Its messages: those of its family brushless_dc_20x: The printed list
     of page 21, and two sets of brushless_dc that it omits: the status bits and the digital outputs
     of the motherboard, which pages 56 and 57 assign to card slot controllers with two or three
@@ -551,7 +586,7 @@ class BBD203Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -599,6 +634,13 @@ class _BBD203Calls(
 class BBD203(_BBD203Calls):
     """Three-channel benchtop brushless DC motor driver.
 
+    ::
+
+        with BBD203.open("COM3", stage="DDSM100") as bbd203:
+            bbd203.bay(1).home()
+            bbd203.bay(1).move_absolute(mm=1)
+            print(bbd203.bay(1).position)
+
     BBD203, Issue 37, page 61. Its messages: those of its family brushless_dc_20x: The printed list
     of page 21, and two sets of brushless_dc that it omits: the status bits and the digital outputs
     of the motherboard, which pages 56 and 57 assign to card slot controllers with two or three
@@ -636,7 +678,7 @@ class BBD301Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -687,6 +729,13 @@ class _BBD301Calls(
 class BBD301(_BBD301Calls):
     """One-channel benchtop brushless DC motor driver BBD30x.
 
+    ::
+
+        with BBD301.open("COM3", stage="DDSM100") as bbd301:
+            bbd301.bay(1).home()
+            bbd301.bay(1).move_absolute(mm=1)
+            print(bbd301.bay(1).position)
+
     BBD301, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
     Page 61 does not list the BBD30x. Bays are assumed as in the BBD20x, whose last digit is the
@@ -720,7 +769,7 @@ class BBD302Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -771,6 +820,13 @@ class _BBD302Calls(
 class BBD302(_BBD302Calls):
     """Two-channel benchtop brushless DC motor driver BBD30x.
 
+    ::
+
+        with BBD302.open("COM3", stage="DDSM100") as bbd302:
+            bbd302.bay(1).home()
+            bbd302.bay(1).move_absolute(mm=1)
+            print(bbd302.bay(1).position)
+
     BBD302, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
     Page 61 does not list the BBD30x. Bays are assumed as in the BBD20x, whose last digit is the
@@ -804,7 +860,7 @@ class BBD303Bay(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -855,6 +911,13 @@ class _BBD303Calls(
 class BBD303(_BBD303Calls):
     """Three-channel benchtop brushless DC motor driver BBD30x.
 
+    ::
+
+        with BBD303.open("COM3", stage="DDSM100") as bbd303:
+            bbd303.bay(1).home()
+            bbd303.bay(1).move_absolute(mm=1)
+            print(bbd303.bay(1).position)
+
     BBD303, Issue 37, page 23. Its messages: the printed lists, Issue 37, pages 21, 23.
 
     Page 61 does not list the BBD30x. Bays are assumed as in the BBD20x, whose last digit is the
@@ -884,7 +947,7 @@ class _BMS001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -906,6 +969,13 @@ class _BMS001Calls(
 
 class BMS001(_BMS001Calls):
     """One-channel benchtop low power stepper driver (legacy).
+
+    ::
+
+        with BMS001.open("COM3", stage="APT_STEPPER") as bms001:
+            bms001.home()
+            bms001.move_absolute(mm=1)
+            print(bms001.position)
 
     BMS001, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -931,7 +1001,7 @@ class BMS002Channel(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -976,6 +1046,13 @@ class _BMS002Calls(
 class BMS002(_BMS002Calls):
     """Two-channel benchtop low power stepper driver (legacy).
 
+    ::
+
+        with BMS002.open("COM3", stage="APT_STEPPER") as bms002:
+            bms002.channel(1).home()
+            bms002.channel(1).move_absolute(mm=1)
+            print(bms002.channel(1).position)
+
     BMS002, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
     messages for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
@@ -1003,7 +1080,7 @@ class _BNT001Calls(
     nanotrak.WithNtMode,
     nanotrak.WithNtTrackThreshold,
     nanotrak.WithNtCircHomePos,
-    nanotrak.CanPzHome,
+    nanotrak.CanHomeCircle,
     nanotrak.WithNtCircCentrePos,
     nanotrak.WithNtCircParams,
     nanotrak.WithNtCircDia,
@@ -1627,7 +1704,7 @@ class _BSC001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1649,6 +1726,13 @@ class _BSC001Calls(
 
 class BSC001(_BSC001Calls):
     """One-channel benchtop stepper driver (legacy).
+
+    ::
+
+        with BSC001.open("COM3", stage="DRV001") as bsc001:
+            bsc001.home()
+            bsc001.move_absolute(mm=1)
+            print(bsc001.position)
 
     BSC001, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
@@ -1674,7 +1758,7 @@ class BSC002Channel(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1719,6 +1803,13 @@ class _BSC002Calls(
 class BSC002(_BSC002Calls):
     """Two-channel benchtop stepper driver (legacy).
 
+    ::
+
+        with BSC002.open("COM3", stage="DRV001") as bsc002:
+            bsc002.channel(1).home()
+            bsc002.channel(1).move_absolute(mm=1)
+            print(bsc002.channel(1).position)
+
     BSC002, Issue 3, page 27. Its messages: those of its family benchtop_stepper: No list is
     printed. Assumed: the generic chapter and the motor chapter with the stepper status, except the
     messages for DC servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED,
@@ -1752,7 +1843,7 @@ class _BSC101Calls(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1775,6 +1866,13 @@ class _BSC101Calls(
 
 class BSC101(_BSC101Calls):
     """One-channel benchtop stepper driver (since 2006).
+
+    ::
+
+        with BSC101.open("COM3", stage="DRV001") as bsc101:
+            bsc101.home()
+            bsc101.move_absolute(mm=1)
+            print(bsc101.position)
 
     BSC101, Issue 37, page 61. Its messages: those of its family benchtop_stepper_2006: For the
     BSC101: the printed list of page 16, without MOT_KCUBEKSTLOOPPARAMS, which page 148 restricts to
@@ -1807,7 +1905,7 @@ class BSC102Bay(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1847,6 +1945,13 @@ class _BSC102Calls(
 class BSC102(_BSC102Calls):
     """Two-channel benchtop stepper driver (since 2006).
 
+    ::
+
+        with BSC102.open("COM3", stage="DRV001") as bsc102:
+            bsc102.bay(1).home()
+            bsc102.bay(1).move_absolute(mm=1)
+            print(bsc102.bay(1).position)
+
     BSC102, Issue 3, page 27. Its messages: those of its family card_slot_stepper: No list is
     printed. Like benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10
     and 23; pages 25 and 26 name the BSC103).
@@ -1879,7 +1984,7 @@ class BSC103Bay(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1919,6 +2024,13 @@ class _BSC103Calls(
 class BSC103(_BSC103Calls):
     """Three-channel benchtop stepper driver (since 2006).
 
+    ::
+
+        with BSC103.open("COM3", stage="DRV001") as bsc103:
+            bsc103.bay(1).home()
+            bsc103.bay(1).move_absolute(mm=1)
+            print(bsc103.bay(1).position)
+
     BSC103, Issue 3, page 27. Its messages: those of its family card_slot_stepper: No list is
     printed. Like benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10
     and 23; pages 25 and 26 name the BSC103).
@@ -1953,7 +2065,7 @@ class _BSC201Calls(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -1975,6 +2087,13 @@ class _BSC201Calls(
 
 class BSC201(_BSC201Calls):
     """One-channel benchtop stepper driver (since 2012).
+
+    ::
+
+        with BSC201.open("COM3", stage="DRV001") as bsc201:
+            bsc201.home()
+            bsc201.move_absolute(mm=1)
+            print(bsc201.position)
 
     BSC201, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
@@ -2012,7 +2131,7 @@ class BSC202Bay(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2049,6 +2168,13 @@ class _BSC202Calls(
 class BSC202(_BSC202Calls):
     """Two-channel benchtop stepper driver (since 2012).
 
+    ::
+
+        with BSC202.open("COM3", stage="DRV001") as bsc202:
+            bsc202.bay(1).home()
+            bsc202.bay(1).move_absolute(mm=1)
+            print(bsc202.bay(1).position)
+
     BSC202, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
     A card slot system like the BSC102 (page 46); page 33 gives neither of them a prefix. Its list
@@ -2084,7 +2210,7 @@ class BSC203Bay(
     motor.WithAdcInputs,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2120,6 +2246,13 @@ class _BSC203Calls(
 
 class BSC203(_BSC203Calls):
     """Three-channel benchtop stepper driver (since 2012).
+
+    ::
+
+        with BSC203.open("COM3", stage="DRV001") as bsc203:
+            bsc203.bay(1).home()
+            bsc203.bay(1).move_absolute(mm=1)
+            print(bsc203.bay(1).position)
 
     BSC203, Issue 37, page 61. Its messages: the printed list, Issue 37, page 16.
 
@@ -2195,7 +2328,7 @@ class _K10CR1Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2219,6 +2352,13 @@ class _K10CR1Calls(
 
 class K10CR1(_K10CR1Calls):
     """Rotation stage with a built-in stepper driver.
+
+    ::
+
+        with K10CR1.open("COM3") as k10cr1:
+            k10cr1.home()
+            k10cr1.move_absolute(deg=1)
+            print(k10cr1.position)
 
     K10CR1, Issue 37, page 33. Its messages: the printed lists, Issue 37, pages 13, 15.
 
@@ -2247,7 +2387,7 @@ class _KBD101Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2282,6 +2422,13 @@ class _KBD101Calls(
 class KBD101(_KBD101Calls):
     """One-channel K-Cube brushless DC driver.
 
+    ::
+
+        with KBD101.open("COM3", stage="DDSM100") as kbd101:
+            kbd101.home()
+            kbd101.move_absolute(mm=1)
+            print(kbd101.position)
+
     KBD101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 21, 22.
 
     Its list has the RACK messages, but it has one channel and its own USB node (page 32).
@@ -2311,7 +2458,7 @@ class _KDC101Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2340,6 +2487,13 @@ class _KDC101Calls(
 
 class KDC101(_KDC101Calls):
     """One-channel K-Cube DC servo driver.
+
+    ::
+
+        with KDC101.open("COM3", stage="MTS25-Z8") as kdc101:
+            kdc101.home()
+            kdc101.move_absolute(mm=1)
+            print(kdc101.position)
 
     KDC101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 8, 9.
 
@@ -2668,7 +2822,7 @@ class _KNA101Calls(
     nanotrak.WithNtMode,
     nanotrak.WithNtTrackThreshold,
     nanotrak.WithNtCircHomePos,
-    nanotrak.CanPzHome,
+    nanotrak.CanHomeCircle,
     nanotrak.WithNtCircCentrePos,
     nanotrak.WithNtCircParams,
     nanotrak.WithNtCircDia,
@@ -2935,7 +3089,7 @@ class _KST101Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -2963,6 +3117,13 @@ class _KST101Calls(
 
 class KST101(_KST101Calls):
     """One-channel K-Cube stepper driver.
+
+    ::
+
+        with KST101.open("COM3", stage="DRV001") as kst101:
+            kst101.home()
+            kst101.move_absolute(mm=1)
+            print(kst101.position)
 
     KST101, Issue 37, page 61. Its messages: the printed lists, Issue 37, pages 13, 14.
 
@@ -2992,7 +3153,7 @@ class _KST201Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3018,6 +3179,13 @@ class _KST201Calls(
 
 class KST201(_KST201Calls):
     """One-channel K-Cube stepper driver, second version.
+
+    ::
+
+        with KST201.open("COM3", stage="DRV001") as kst201:
+            kst201.home()
+            kst201.move_absolute(mm=1)
+            print(kst201.position)
 
     KST201, Issue 37, page 14. Its messages: the printed list, Issue 37, page 14.
 
@@ -3049,7 +3217,7 @@ class _KVS30Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3074,6 +3242,13 @@ class _KVS30Calls(
 
 class KVS30(_KVS30Calls):
     """Vertical stage with a built-in DC servo driver.
+
+    ::
+
+        with KVS30.open("COM3") as kvs30:
+            kvs30.home()
+            kvs30.move_absolute(mm=1)
+            print(kvs30.position)
 
     KVS30, Issue 37, page 10. Its messages: the printed list, Issue 37, page 10.
 
@@ -3100,7 +3275,7 @@ class _LTS150Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3122,6 +3297,13 @@ class _LTS150Calls(
 
 class LTS150(_LTS150Calls):
     """Long travel stage with a built-in stepper driver.
+
+    ::
+
+        with LTS150.open("COM3") as lts150:
+            lts150.home()
+            lts150.move_absolute(counts=1000)
+            print(lts150.position_counts)
 
     LTS150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
 
@@ -3150,7 +3332,7 @@ class _LTS300Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3172,6 +3354,13 @@ class _LTS300Calls(
 
 class LTS300(_LTS300Calls):
     """Long travel stage with a built-in stepper driver.
+
+    ::
+
+        with LTS300.open("COM3") as lts300:
+            lts300.home()
+            lts300.move_absolute(counts=1000)
+            print(lts300.position_counts)
 
     LTS300, Issue 37, page 33. Its messages: the printed list, Issue 37, page 18.
 
@@ -3264,7 +3453,7 @@ class _MLJ050Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3285,6 +3474,13 @@ class _MLJ050Calls(
 
 class MLJ050(_MLJ050Calls):
     """Motorized labjack with a built-in stepper driver.
+
+    ::
+
+        with MLJ050.open("COM3") as mlj050:
+            mlj050.home()
+            mlj050.move_absolute(counts=1000)
+            print(mlj050.position_counts)
 
     MLJ050, Issue 37, page 33. Its messages: the printed list, Issue 37, page 19.
 
@@ -3312,7 +3508,7 @@ class _MLJ150Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3333,6 +3529,13 @@ class _MLJ150Calls(
 
 class MLJ150(_MLJ150Calls):
     """Motorized labjack with a built-in stepper driver.
+
+    ::
+
+        with MLJ150.open("COM3") as mlj150:
+            mlj150.home()
+            mlj150.move_absolute(counts=1000)
+            print(mlj150.position_counts)
 
     MLJ150, Issue 37, page 33. Its messages: the printed list, Issue 37, page 19.
 
@@ -3357,7 +3560,7 @@ class _MNA601Calls(
     nanotrak.WithNtMode,
     nanotrak.WithNtTrackThreshold,
     nanotrak.WithNtCircHomePos,
-    nanotrak.CanPzHome,
+    nanotrak.CanHomeCircle,
     nanotrak.WithNtCircCentrePos,
     nanotrak.WithNtCircParams,
     nanotrak.WithNtCircDia,
@@ -3395,7 +3598,7 @@ class MPC220Channel(
     generic.WithChanEnableState,
     generic.CanIdentify,
     motor.WithPosCounter,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.CanMoveAbsolute,
     motor.CanStop,
     motor.CanJog,
@@ -3447,6 +3650,14 @@ class _MPC220Calls(
 class MPC220(_MPC220Calls):
     """Two-channel motorized polarization controller.
 
+    ::
+
+        with MPC220.open("COM3") as mpc220:
+            mpc220.channel(1).enable()
+            mpc220.channel(1).home()
+            mpc220.channel(1).move_absolute(deg=1)
+            print(mpc220.channel(1).position)
+
     MPC220, Issue 37, page 29. Its messages: the printed list, Issue 37, page 29.
 
     A channel for each paddle. See MPC320 for how its channels are enabled.
@@ -3462,7 +3673,7 @@ class MPC320Channel(
     generic.WithChanEnableState,
     generic.CanIdentify,
     motor.WithPosCounter,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.CanMoveAbsolute,
     motor.CanStop,
     motor.CanJog,
@@ -3513,6 +3724,14 @@ class _MPC320Calls(
 
 class MPC320(_MPC320Calls):
     """Three-channel motorized polarization controller.
+
+    ::
+
+        with MPC320.open("COM3") as mpc320:
+            mpc320.channel(1).enable()
+            mpc320.channel(1).home()
+            mpc320.channel(1).move_absolute(deg=1)
+            print(mpc320.channel(1).position)
 
     MPC320, Issue 37, page 29. Its messages: the printed list, Issue 37, page 29.
 
@@ -3591,7 +3810,7 @@ class MST601Channel(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3638,6 +3857,13 @@ class _MST601Calls(
 class MST601(_MST601Calls):
     """Two-channel modular stepper driver.
 
+    ::
+
+        with MST601.open("COM3", stage="DRV001") as mst601:
+            mst601.channel(1).home()
+            mst601.channel(1).move_absolute(mm=1)
+            print(mst601.channel(1).position)
+
     MST601, Issue 3, page 27. Its messages: those of its family modular_stepper: No list is printed.
     Like card_slot_stepper, except HW_DISCONNECT: a module has no USB node, and the list of the
     corresponding piezo module, the MPZ601, omits it. That list also omits RACK_REQ_STATUSBITS,
@@ -3664,7 +3890,7 @@ class MST602Channel(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3710,6 +3936,13 @@ class _MST602Calls(
 class MST602(_MST602Calls):
     """Two-channel modular stepper driver (since 2013).
 
+    ::
+
+        with MST602.open("COM3", stage="DRV001") as mst602:
+            mst602.channel(1).home()
+            mst602.channel(1).move_absolute(mm=1)
+            print(mst602.channel(1).position)
+
     MST602, Issue 37, page 61. Its messages: those of its family modular_stepper_2013: No list is
     printed. Like modular_stepper, plus the power of the phases (page 71), but without
     MOT_MOVE_VELOCITY: page 87 has the direction of channel 2 in the upper four bits, so the usual
@@ -3740,7 +3973,7 @@ class _ODC001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3765,6 +3998,13 @@ class _ODC001Calls(
 
 class ODC001(_ODC001Calls):
     """One-channel cube DC servo driver.
+
+    ::
+
+        with ODC001.open("COM3") as odc001:
+            odc001.home()
+            odc001.move_absolute(counts=1000)
+            print(odc001.position_counts)
 
     ODC001, Issue 3, page 27. Its messages: those of its family dc_servo_opto: No list is printed.
     Like the TDC001, except the LM628 PID (page 51: TDC001 only), plus HW_DISCONNECT and
@@ -3793,7 +4033,7 @@ class _OST001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -3819,6 +4059,13 @@ class _OST001Calls(
 class OST001(_OST001Calls):
     """One-channel cube stepper driver.
 
+    ::
+
+        with OST001.open("COM3", stage="APT_STEPPER") as ost001:
+            ost001.home()
+            ost001.move_absolute(mm=1)
+            print(ost001.position)
+
     OST001, Issue 3, page 27. Its messages: those of its family opto_stepper: No list is printed.
     Like benchtop_stepper, plus the LED, potentiometer and buttons of the control keypad.
 
@@ -3837,7 +4084,7 @@ class _PDXC2Calls(
     generic.CanStopUpdates,
     generic.WithChanEnableState,
     generic.CanIdentify,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.CanStop,
     motor.WithMotEepromParams,
     motor.WithPmdStageAxisParams,
@@ -3995,7 +4242,7 @@ class _TBD001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -4027,6 +4274,13 @@ class _TBD001Calls(
 class TBD001(_TBD001Calls):
     """One-channel T-Cube brushless DC driver.
 
+    ::
+
+        with TBD001.open("COM3", stage="DDSM100") as tbd001:
+            tbd001.home()
+            tbd001.move_absolute(mm=1)
+            print(tbd001.position)
+
     TBD001, Issue 37, page 61. Its messages: the printed list, Issue 37, page 21.
 
     Its list has the RACK messages, but it has one channel and its own USB node (page 33).
@@ -4053,7 +4307,7 @@ class _TDC001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -4079,6 +4333,13 @@ class _TDC001Calls(
 
 class TDC001(_TDC001Calls):
     """One-channel T-Cube DC servo driver.
+
+    ::
+
+        with TDC001.open("COM3", stage="MTS25-Z8") as tdc001:
+            tdc001.home()
+            tdc001.move_absolute(mm=1)
+            print(tdc001.position)
 
     TDC001, Issue 3, page 27. Its messages: the printed list, Issue 37, page 8.
 
@@ -4239,7 +4500,7 @@ class _TNA001Calls(
     nanotrak.WithNtMode,
     nanotrak.WithNtTrackThreshold,
     nanotrak.WithNtCircHomePos,
-    nanotrak.CanPzHome,
+    nanotrak.CanHomeCircle,
     nanotrak.WithNtCircCentrePos,
     nanotrak.WithNtCircParams,
     nanotrak.WithNtCircDia,
@@ -4472,7 +4733,7 @@ class _TST001Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -4497,6 +4758,13 @@ class _TST001Calls(
 
 class TST001(_TST001Calls):
     """One-channel T-Cube stepper driver.
+
+    ::
+
+        with TST001.open("COM3", stage="DRV001") as tst001:
+            tst001.home()
+            tst001.move_absolute(mm=1)
+            print(tst001.position)
 
     TST001, Issue 3, page 27. Its messages: those of its family cube_stepper: No list is printed.
     Like opto_stepper, plus the HUB messages, which read the bay of a T-Cube (page 24). The lists of
@@ -4523,7 +4791,7 @@ class _TST101Calls(
     motor.WithMotStatusBits,
     motor.WithGenMoveParams,
     motor.WithHomeParams,
-    motor.CanMotHome,
+    motor.CanHome,
     motor.WithMoveRelParams,
     motor.CanMoveRelative,
     motor.WithMoveAbsParams,
@@ -4547,6 +4815,13 @@ class _TST101Calls(
 
 class TST101(_TST101Calls):
     """One-channel T-Cube stepper driver with 2048 microsteps.
+
+    ::
+
+        with TST101.open("COM3", stage="DRV001") as tst101:
+            tst101.home()
+            tst101.move_absolute(mm=1)
+            print(tst101.position)
 
     TST101, Issue 37, page 13. Its messages: the printed lists, Issue 37, pages 13, 14.
 

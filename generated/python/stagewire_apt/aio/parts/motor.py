@@ -16,8 +16,8 @@ from stagewire_apt.devices import values as v
 
 __all__ = [
     "CanAckDcStatusUpdate",
+    "CanHome",
     "CanJog",
-    "CanMotHome",
     "CanMoveAbsolute",
     "CanMoveRelative",
     "CanMoveSynchStart",
@@ -1846,7 +1846,7 @@ class WithHomeParams(Part):
         )
 
 
-class CanMotHome(Part):
+class CanHome(Part):
     """Home the axis.
 
     ``MOT_MOVE_HOME``; Issue 3, page 41.
@@ -1868,7 +1868,7 @@ class CanMotHome(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return await self._act(t.MOT_HOME, timeout)
+        return await self._act(t.HOME, timeout)
 
     async def start_home(self) -> Motion[None]:
         """Home the axis without waiting for the end.
@@ -1882,7 +1882,7 @@ class CanMotHome(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return await self._start(t.MOT_HOME)
+        return await self._start(t.HOME)
 
 
 class WithMoveRelParams(Part):

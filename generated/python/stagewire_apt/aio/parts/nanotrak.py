@@ -14,7 +14,7 @@ from stagewire_apt.devices import values as v
 
 __all__ = [
     "CanAckNtStatusUpdate",
-    "CanPzHome",
+    "CanHomeCircle",
     "CanSetNtMode",
     "CanStartXyScan",
     "CanStopXyScan",
@@ -307,13 +307,13 @@ class WithNtCircHomePos(Part):
         )
 
 
-class CanPzHome(Part):
+class CanHomeCircle(Part):
     """Move the circle to its home position.
 
     ``PZ_MOVE_NTCIRCTOHOMEPOS``; Issue 37, page 253.
     """
 
-    async def home(self, *, timeout: float | None = None) -> None:
+    async def home_circle(self, *, timeout: float | None = None) -> None:
         """Move the circle to its home position.
 
         Moves the circle to the position of PZ_SET_NTCIRCHOMEPOS. No message reports the end.
@@ -324,7 +324,7 @@ class CanPzHome(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        await self._tell(t.PZ_HOME, timeout)
+        await self._tell(t.HOME_CIRCLE, timeout)
 
 
 class WithNtCircCentrePos(Part):

@@ -13,8 +13,8 @@ from stagewire_apt.devices import values as v
 
 __all__ = [
     "CanAckDcStatusUpdate",
+    "CanHome",
     "CanJog",
-    "CanMotHome",
     "CanMoveAbsolute",
     "CanMoveRelative",
     "CanMoveSynchStart",
@@ -1821,7 +1821,7 @@ class WithHomeParams(Part):
         )
 
 
-class CanMotHome(Part):
+class CanHome(Part):
     """Home the axis.
 
     ``MOT_MOVE_HOME``; Issue 3, page 41.
@@ -1843,7 +1843,7 @@ class CanMotHome(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._act(t.MOT_HOME, timeout)
+        return self._act(t.HOME, timeout)
 
     def start_home(self) -> Motion[None]:
         """Home the axis without waiting for the end.
@@ -1857,7 +1857,7 @@ class CanMotHome(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        return self._start(t.MOT_HOME)
+        return self._start(t.HOME)
 
 
 class WithMoveRelParams(Part):

@@ -13,7 +13,7 @@ from stagewire_apt.devices import values as v
 
 __all__ = [
     "CanAckNtStatusUpdate",
-    "CanPzHome",
+    "CanHomeCircle",
     "CanSetNtMode",
     "CanStartXyScan",
     "CanStopXyScan",
@@ -306,13 +306,13 @@ class WithNtCircHomePos(Part):
         )
 
 
-class CanPzHome(Part):
+class CanHomeCircle(Part):
     """Move the circle to its home position.
 
     ``PZ_MOVE_NTCIRCTOHOMEPOS``; Issue 37, page 253.
     """
 
-    def home(self, *, timeout: float | None = None) -> None:
+    def home_circle(self, *, timeout: float | None = None) -> None:
         """Move the circle to its home position.
 
         Moves the circle to the position of PZ_SET_NTCIRCHOMEPOS. No message reports the end.
@@ -323,7 +323,7 @@ class CanPzHome(Part):
         :raises TransportLostError: if the connection is lost.
         :raises SessionClosedError: if the session is closed.
         """
-        self._tell(t.PZ_HOME, timeout)
+        self._tell(t.HOME_CIRCLE, timeout)
 
 
 class WithNtCircCentrePos(Part):
