@@ -148,7 +148,7 @@ MOVING = (
     _takes("A drive stops one step before its target", _ALL, _MOVED, "PZMOT_MOVE_ABSOLUTE",
            _shifted("abs_position", -1)),
     _takes("A drive ignores absolute moves", _ALL, _MOVED, "PZMOT_MOVE_ABSOLUTE", _dropped),
-    _takes("A relative move goes twice as far", _KIM, _MOVED, "PZMOT_MOVE_RELATIVE",
+    _takes("A relative move of a KIM goes twice as far", _KIM, _MOVED, "PZMOT_MOVE_RELATIVE",
            _times("rel_distance", 2)),
     _takes("A relative move goes in the other direction", _KIM, _MOVED, "PZMOT_MOVE_RELATIVE",
            _times("rel_distance", -1)),
