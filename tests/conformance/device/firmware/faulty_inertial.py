@@ -43,13 +43,21 @@ def _takes(name: str, units: Sequence[str], found_by: str, message: str, change:
     )
 
 
-def _says(name: str, units: Sequence[str], found_by: str, message: str, change: Change) -> Defect:
+def _says(
+    name: str,
+    units: Sequence[str],
+    found_by: str,
+    message: str,
+    change: Change,
+    *,
+    ends: str = "",
+) -> Defect:
     """Return firmware that changes a message to the host."""
 
     def make(draw: Draw) -> tuple[Firmware, str]:
         return Says(named(message), change), message
 
-    return Defect(1, name, of(found_by), make, units)
+    return Defect(1, name, of(found_by), make, units, ends=ends)
 
 
 def _twice(frame: Frame) -> list[Frame]:
@@ -262,8 +270,10 @@ INERTIAL = (
            "PZMOT_SET_KCUBEJOGPARAMS", _first_channel),
     _says("The status of a drive is repeated", ("KIM001", "PDXC2"), "status repeated",
           "PZMOT_GET_STATUSUPDATE", _twice),
-    _says("The status of a drive is too short", ("KIM001", "PDXC2"), "status",
-          "PZMOT_GET_STATUSUPDATE", _cut),
+    _says("The status of a drive is too short", ("KIM001",), "status actuator-move",
+          "PZMOT_GET_STATUSUPDATE", _cut,
+          ends="0x50 channel 1 may still be moving: it does not answer after PZMOT_MOVE_STOP, "
+          "PZMOT_SET_KCUBECHANENABLEMODE (disable)"),
     _says("The drive voltage is reported as 0", (*_CUBES, "KIM001"), "registry readback",
           "PZMOT_GET_DRIVEOPPARAMS", _set_to("max_voltage", 0)),
     _says("The velocity of paddles is reported as 0", _PADDLES, "registry readback",
