@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -149,6 +150,9 @@ def test_ophyd_homes_and_sets_limits(plans: RunEngine, name: str, line: Line, ki
     assert x.user_readback.get(use_monitor=False) == pytest.approx(0.0, abs=COUNT)
     x.set_lim(0, 5)
     assert (x.low_limit_travel.get(), x.high_limit_travel.get()) == (0, 5)
+    end = time.monotonic() + ca.FOUND
+    while x.limits != (0, 5) and time.monotonic() < end:  # ophyd checks those that it was last sent
+        time.sleep(0.01)
     with pytest.raises(LimitError):
         x.move(5.5)
     assert starts(line) == 2
