@@ -31,7 +31,7 @@ from typing import Any
 from measure import holds, memory
 
 from stagewire.framing import End, Received
-from stagewire_apt import PROTOCOL
+from stagewire_apt import PROTOCOL, TDC001
 from stagewire_apt import messages as m
 from stagewire_virtual.factory import make_instrument, why_not
 from stagewire_virtual.instrument import Unit, units_of
@@ -68,8 +68,7 @@ def channels_in_updates(unit: Unit) -> list[int]:
     updates = [class_of(unit, name) for name in starts if name in unit.messages]
     if not all("chan_ident" in update.layout.fields for update in updates):
         return [0]
-    bits = "channel_idents" in unit.facts
-    return [1 << index if bits else index + 1 for index in range(unit.facts["channels"])]
+    return list(TDC001.facts.units[unit.name].channel_idents)
 
 
 # The process that serves
