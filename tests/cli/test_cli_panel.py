@@ -54,6 +54,15 @@ async def test_opening_and_watching_writes_no_setting_and_moves_nothing(monkey: 
 
 
 @shows
+async def test_a_look_that_is_late_at_the_end_finds_no_screen_and_raises_nothing(
+    monkey: Monkey,
+) -> None:
+    async with shown(monkey, Z8, **ON_Z8) as panel:
+        pass
+    panel.app._look()
+
+
+@shows
 async def test_the_screen_shows_position_travel_and_state_of_each_axis(monkey: Monkey) -> None:
     options = {**ON_Z8, "travel": ["12", "-5,5"]}
     async with shown(monkey, Z8, OTHER, **options) as panel:

@@ -82,6 +82,7 @@ class PanelApp(App[None]):
         super().__init__()
         self.driver_class = stopping(self.driver_class, stops.order)
         self._axes = axes
+        self._cards = [AxisCard(axis) for axis in axes]
         self._stops = stops
         self._left_out = left_out
         self._at = 0
@@ -92,7 +93,7 @@ class PanelApp(App[None]):
         count = f"{len(self._axes)} {'axis' if len(self._axes) == 1 else 'axes'}"
         yield Static(f"{self.TITLE} · {count}", id="title", markup=False)
         with VerticalScroll(id="axes", can_focus=False):
-            yield from map(AxisCard, self._axes)
+            yield from self._cards
         if self._left_out:
             silent = ", ".join(self._left_out)
             yield Static(f"no answer when opened: {silent}", id="left-out", markup=False)
@@ -109,7 +110,7 @@ class PanelApp(App[None]):
     def _look(self) -> None:
         if self._leaving:
             self.exit()
-        for card in self.screen_stack[0].query(AxisCard):
+        for card in self._cards:  # not by a query: at the end, the timer outlives the screens
             card.look()
 
     @property
@@ -145,7 +146,7 @@ class PanelApp(App[None]):
     def action_choose(self, by: int) -> None:
         """Choose the next or the previous axis."""
         self._at = (self._at + by) % len(self._axes)
-        for index, card in enumerate(self.screen_stack[0].query(AxisCard)):
+        for index, card in enumerate(self._cards):
             card.chosen = index == self._at
             if card.chosen:
                 card.scroll_visible(animate=False)
