@@ -11,6 +11,9 @@ from stagewire_generator.model_fields import Field
 _EXPLAINED: Final = ("stop", "settings")
 """Effects of messages that need no reason."""
 
+_DANGEROUS: Final = ("laser", "heater")
+"""Hazards of outputs that a unit must be able to switch off."""
+
 
 def wrong_orders(protocol: Protocol, unit: str) -> Iterator[tuple[tuple[str | int, ...], str]]:
     """Yield each part of the states of a unit that is wrong: its path in the entry, and what is wrong.
@@ -20,6 +23,13 @@ def wrong_orders(protocol: Protocol, unit: str) -> Iterator[tuple[tuple[str | in
     entry = protocol.units["units"][unit]
     of_name = {message.name: message for message in protocol.messages}
     supported = protocol.messages_of(entry)
+    if "safe_state" not in entry:
+        hazards = protocol.units["families"][entry["family"]].get("hazards", {})
+        for name in sorted(supported & of_name.keys()):
+            hazard = hazards.get(name, of_name[name].hazard)
+            if hazard in _DANGEROUS:
+                yield (), f"{name} has the hazard {hazard}, so the unit needs a `safe_state`"
+                break
     for key in STATES:
         for index, order in enumerate(entry.get(key, {}).get("messages", ())):
             name = order["message"]
