@@ -24,6 +24,8 @@ from faulty_apt_link import LinkFault, byte, of
 
 from allowances import ALL_HAZARDS
 from parts import chosen, every_nth
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import EnableState
 from stagewire_conformance.device.declaration import declare
 from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.plans import plan
@@ -110,6 +112,35 @@ def test_a_disabled_channel_is_disabled_afterwards(state: int) -> None:
     before = readable(on)
     assert not complaints(run_on(on, PUTTING_BACK))
     assert readable(on) == before
+
+
+@pytest.mark.parametrize("paddle", [1, 2, 4])
+def test_a_paddle_that_was_enabled_is_enabled_afterwards(paddle: int) -> None:
+    """Enabling one paddle of an MPC320 disables the others, which is not a fault of theirs."""
+    on = bench("MPC320")
+    on.link.write(m.ModSetChanEnableState(paddle, EnableState.ENABLE).pack(0x50, 0x01))
+    before = readable(on)
+    report = run_on(on, ("enable",))
+    assert not complaints(report)
+    assert {outcome.result for outcome in report.outcomes} == {Result.PASS}
+    assert readable(on) == before
+
+
+def test_several_enabled_paddles_are_left_alone() -> None:
+    on = bench("MPC320")
+    on.link.write(m.ModSetChanEnableState(1 | 2, EnableState.ENABLE).pack(0x50, 0x01))
+    before = readable(on)
+    report = run_on(on, ("enable",))
+    assert {outcome.result for outcome in report.outcomes} == {Result.INFO}
+    assert readable(on) == before
+
+
+def test_a_paddle_that_enables_another_is_found() -> None:
+    on = bench("MPC320")
+    both = of("MOD_SET_CHANENABLESTATE", lambda raw: byte(2, 3)(raw) if raw[2] == 1 else raw)
+    found = complaints(run_on(on, ("enable",), link=faulty_link(on, LinkFault(to_controller=both))))
+    assert list(found) == ["enable/0x50/1"]
+    assert "channel 2 then returned 1 instead of 2" in found["enable/0x50/1"]
 
 
 @pytest.mark.parametrize("unit", ["BPC301", "TPZ001"])

@@ -8,6 +8,7 @@ from stagewire.errors import StagewireError
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState
 from stagewire_conformance.device.causes import EFFECT, SHARED, Cause
+from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 
 _TRIES: Final = 2
 """The most attempts to restore the state."""
+
+PAUSE: Final = 0.2
+"""Seconds after a change of the enable state; the registry names a driver that waits as long for a paddle."""
 
 ENABLED_SETS: Final = frozenset(
     {"MOD_SET_CHANENABLESTATE", "MOD_REQ_CHANENABLESTATE", "MOD_GET_CHANENABLESTATE"}
@@ -76,3 +80,42 @@ def put_back(trial: Trial, place: Target, channel: int, before: int) -> None:
     raise StagewireError(
         f"{place.name} channel {channel}: send MOD_SET_CHANENABLESTATE with enable_state={before}"
     )
+
+
+def disables_others(place: Target) -> bool:
+    """Return whether enabling one channel of a target disables its other channels, as on an MPC320."""
+    enabling = place.unit.enabling
+    return enabling is not None and enabling.disables_others and not enabling.channels
+
+
+def keep_states(trial: Trial, place: Target) -> None:
+    """Restore the enable states of all channels of a target at the end of the check.
+
+    The check ends if the states could not be restored, because enabling a channel disables the others.
+    """
+    before = {each: enable_state(trial, place, each) for each in place.channels}
+    enabled = [each for each, was in before.items() if was == EnableState.ENABLE]
+    if disables_others(place) and len(enabled) > 1:
+        trial.inconclusive(
+            f"{place.name}: the channels {', '.join(map(str, enabled))} are enabled, and may not all be "
+            "enabled again; enable at most one of them before the run"
+        )
+        raise EnoughError
+    trial.undo(
+        f"enable states of {place.name}",
+        lambda: _put_all_back(trial, place, before),
+        because=lambda: (*ENABLING, CONFUSING),
+    )
+
+
+def _put_all_back(trial: Trial, place: Target, before: dict[int, int]) -> None:
+    """Write the states that have changed: those of disabled channels first."""
+    for state in (EnableState.DISABLE, EnableState.ENABLE):
+        for channel, was in before.items():
+            if was == state != enable_state(trial, place, channel):
+                trial.line.send(m.ModSetChanEnableState(channel, state), place.address)
+                trial.line.pause(PAUSE)
+    now = {each: enable_state(trial, place, each) for each in place.channels}
+    if now != before:
+        wanted = ", ".join(f"{each}: {EnableState(was).name}" for each, was in before.items())
+        raise StagewireError(f"{place.name}: set these enable states: {wanted}")

@@ -13,9 +13,10 @@ from stagewire_apt.enumerations import ChannelEnableMode, EnableState
 from stagewire_conformance.device.checks.apt.enable_state import (
     ENABLED_SETS,
     ENABLING,
+    PAUSE,
     enable_state,
+    keep_states,
 )
-from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
@@ -29,8 +30,6 @@ MODE_SETS: Final = frozenset(
     }
 )
 """The messages of the enable mode."""
-_PAUSE: Final = 0.2
-"""Seconds after a change of the enable state; the registry names a driver that waits as long for a paddle."""
 
 
 def has_mode(place: Target) -> bool:
@@ -97,22 +96,9 @@ def set_state(trial: Trial, place: Target, channel: int, state: EnableState) -> 
 
     The check ends if the states could not be restored, because enabling a channel disables the others.
     """
-    before = {each: enable_state(trial, place, each) for each in place.channels}
-    enabled = [each for each, was in before.items() if was == EnableState.ENABLE]
-    enabling = place.unit.enabling
-    if enabling is not None and enabling.disables_others and len(enabled) > 1:
-        trial.inconclusive(
-            f"{place.name}: the channels {', '.join(map(str, enabled))} are enabled, and may not all be "
-            "enabled again; enable at most one of them before the run"
-        )
-        raise EnoughError
-    trial.undo(
-        f"enable states of {place.name}",
-        lambda: _put_states_back(trial, place, before),
-        because=lambda: ENABLING,
-    )
+    keep_states(trial, place)
     trial.line.send(m.ModSetChanEnableState(channel, state), place.address)
-    trial.line.pause(_PAUSE)
+    trial.line.pause(PAUSE)
     now = enable_state(trial, place, channel)
     trial.need(
         now == state,
@@ -121,16 +107,3 @@ def set_state(trial: Trial, place: Target, channel: int, state: EnableState) -> 
         rule="channel-enable",
         cause=ENABLING,
     )
-
-
-def _put_states_back(trial: Trial, place: Target, before: dict[int, int]) -> None:
-    """Write the states that have changed: those of disabled channels first."""
-    for state in (EnableState.DISABLE, EnableState.ENABLE):
-        for channel, was in before.items():
-            if was == state != enable_state(trial, place, channel):
-                trial.line.send(m.ModSetChanEnableState(channel, state), place.address)
-                trial.line.pause(_PAUSE)
-    now = {each: enable_state(trial, place, each) for each in place.channels}
-    if now != before:
-        wanted = ", ".join(f"{each}: {EnableState(was).name}" for each, was in before.items())
-        raise StagewireError(f"{place.name}: set these enable states: {wanted}")

@@ -21,7 +21,10 @@ from stagewire_conformance.device.checks.apt.enable_state import (
     CONFUSING,
     ENABLED_SETS,
     ENABLING,
+    PAUSE,
+    disables_others,
     enable_state,
+    keep_states,
     put_back,
     switch,
 )
@@ -96,11 +99,14 @@ def _enable(trial: Trial, place: Target, channel: int) -> None:
     before = enable_state(trial, place, channel)
     other = EnableState.DISABLE if before == EnableState.ENABLE else EnableState.ENABLE
     what = f"{place.name} channel {channel}"
-    trial.undo(
-        f"enable state of {what}",
-        partial(put_back, trial, place, channel, before),
-        because=lambda: (*ENABLING, CONFUSING),
-    )
+    if disables_others(place):
+        keep_states(trial, place)
+    else:
+        trial.undo(
+            f"enable state of {what}",
+            partial(put_back, trial, place, channel, before),
+            because=lambda: (*ENABLING, CONFUSING),
+        )
     others = [
         (each, number, enable_state(trial, each, number))
         for each in trial.declared.places
@@ -110,6 +116,8 @@ def _enable(trial: Trial, place: Target, channel: int) -> None:
     for state in (other, EnableState.DISABLE + EnableState.ENABLE - other):
         name = EnableState(state).name
         trial.line.send(m.ModSetChanEnableState(channel, state), place.address)
+        if disables_others(place):
+            trial.line.pause(PAUSE)
         reply = trial.reply(m.ModReqChanEnableState(channel), place.address)
         now = reply.message.enable_state
         trial.must(
@@ -139,8 +147,9 @@ def _judge_others(
     for other, channel, was in others:
         reply = trial.reply(m.ModReqChanEnableState(channel), other.address)
         now = reply.message.enable_state
+        may_be_disabled = other == place and disables_others(place)
         trial.must(
-            now == was,
+            now == was or (may_be_disabled and now == EnableState.DISABLE),
             f"MOD_SET_CHANENABLESTATE wrote {wrote}, but MOD_GET_CHANENABLESTATE of {other.name} "
             f"channel {channel} then returned {now} instead of {was}; it should be unchanged",
             came=reply.raw,
