@@ -440,12 +440,13 @@ GROUPS: tuple[Group, ...] = (
             ),
             "SW085": Code(
                 "a safe state or a stop state that is missing, cannot be sent, or needs a reason",
-                "A message of the unit has the hazard `laser` or `heater`, but nothing states how to switch the "
-                "output off. Or a message of a state is not one of the unit, a field has no value or one "
+                "A message of the unit has the hazard `laser` or `heater`, but nothing states how to switch "
+                "the output off. Or a message of a state is not one of the unit, a field has no value or one "
                 "outside its range, or the unit does not report a field that is to keep its value. Or the "
-                "message has an effect other than `stop` or `settings`, such as `motion`, and nothing says why "
-                "it is sent.",
-                "add a `safe_state`; correct the message, `values` or `kept`; or state the reason in `because`",
+                "message has an effect other than `stop` or `settings`, such as `motion`, and nothing says "
+                "why it is sent.",
+                "add a `safe_state`, correct the message, `values` or `kept`, or state the reason in "
+                "`because`",
             ),
         },
     ),
