@@ -287,7 +287,7 @@ def test_a_stop_does_not_wait_for_a_unit_that_sends_no_reply() -> None:
     with TSC001.open(line) as tsc:
         line.forget()
         assert tsc.stop() is None
-        assert line.raw == STOP
+        assert line.raw == m.MotSetSolState(1, e.SolenoidState.SOLENOID_OFF).pack(0x50, 0x01)
 
 
 # Closing

@@ -23,6 +23,8 @@ STOPS = {
     "TQD001": [OPEN_LOOP],
     "KPZ101": ["07 07 01 00 50 01"],
     "TPZ001": ["07 07 01 00 50 01"],
+    "KSC101": ["cb 04 01 02 50 01"],
+    "TSC001": ["cb 04 01 02 50 01"],
     "BPC303": ["07 07 01 00 21 01", "07 07 01 00 22 01", "07 07 01 00 23 01"],
 }
 """Unit -> the frames of its stop, from the pages of the document."""

@@ -44,6 +44,20 @@ def test_a_shutter_opens_and_closes(cls: Any) -> None:
 
 @each_driver
 @pytest.mark.parametrize("mode", ["SOLENOID_MANUAL", "SOLENOID_SINGLE", "SOLENOID_AUTO"])
+def test_a_stop_closes_the_shutter(cls: Any, mode: str) -> None:
+    device, line, output = opened(cls)
+    with device:
+        device.set_sol_operating_mode(operating_mode=mode)
+        device.open_shutter()
+        assert output.on
+        device.stop()
+        assert device.get_sol_state().state.name == "SOLENOID_OFF"
+        assert not output.on
+    assert states(line) == [ON, OFF]
+
+
+@each_driver
+@pytest.mark.parametrize("mode", ["SOLENOID_MANUAL", "SOLENOID_SINGLE", "SOLENOID_AUTO"])
 def test_an_open_interlock_raises_an_error(cls: Any, mode: str) -> None:
     device, line, output = opened(cls)
     with device:

@@ -2992,6 +2992,7 @@ class KPZ101(_KPZ101Calls):
 
 class _KSC101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -3000,7 +3001,6 @@ class _KSC101Calls(
     generic.WithChanEnableState,
     generic.CanIdentify,
     motor.WithMotStatusBits,
-    motor.CanStop,
     motor.WithStatusUpdate,
     motor.WithAvModes,
     motor.WithButtonParams,
@@ -3014,9 +3014,6 @@ class _KSC101Calls(
     solenoid.WithSolState,
 ):
     """The calls of a KSC101 for asyncio."""
-
-    if TYPE_CHECKING:
-        _reported: v.StatusUpdate
 
 
 class KSC101(_KSC101Calls):
@@ -4644,6 +4641,7 @@ class TQD001(_TQD001Calls):
 
 class _TSC001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4651,7 +4649,6 @@ class _TSC001Calls(
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
     generic.CanIdentify,
-    motor.CanStop,
     motor.WithAvModes,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
@@ -4661,9 +4658,6 @@ class _TSC001Calls(
     solenoid.WithSolState,
 ):
     """The calls of a TSC001 for asyncio."""
-
-    if TYPE_CHECKING:
-        _reported: None
 
 
 class TSC001(_TSC001Calls):

@@ -7637,6 +7637,7 @@ UNITS: dict[str, Unit] = {
             m.MotMoveAbsolute: (Need(t.CHAN_ENABLE_STATE, ()),),
         },
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        stop_state=(Order(m.MotSetSolState, {"state": 2}),),
         quantities=(
             "acceleration",
             "encoder_position",
@@ -9560,6 +9561,7 @@ UNITS: dict[str, Unit] = {
             m.MotMoveAbsolute: (Need(t.CHAN_ENABLE_STATE, ()),),
         },
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
+        stop_state=(Order(m.MotSetSolState, {"state": 2}),),
         quantities=(
             "encoder_position",
             "milliseconds",

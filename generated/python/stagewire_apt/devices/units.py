@@ -2994,6 +2994,7 @@ class KPZ101(_KPZ101Calls):
 
 class _KSC101Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -3002,7 +3003,6 @@ class _KSC101Calls(
     generic.WithChanEnableState,
     generic.CanIdentify,
     motor.WithMotStatusBits,
-    motor.CanStop,
     motor.WithStatusUpdate,
     motor.WithAvModes,
     motor.WithButtonParams,
@@ -3016,9 +3016,6 @@ class _KSC101Calls(
     solenoid.WithSolState,
 ):
     """The calls of a KSC101."""
-
-    if TYPE_CHECKING:
-        _reported: v.StatusUpdate
 
 
 class KSC101(_KSC101Calls):
@@ -4646,6 +4643,7 @@ class TQD001(_TQD001Calls):
 
 class _TSC001Calls(
     SingleChannelDevice,
+    Stoppable,
     generic.CanDisconnect,
     generic.WithInfo,
     generic.CanStartUpdates,
@@ -4653,7 +4651,6 @@ class _TSC001Calls(
     generic.WithHubBayUsed,
     generic.WithChanEnableState,
     generic.CanIdentify,
-    motor.CanStop,
     motor.WithAvModes,
     motor.WithButtonParams,
     motor.WithMotEepromParams,
@@ -4663,9 +4660,6 @@ class _TSC001Calls(
     solenoid.WithSolState,
 ):
     """The calls of a TSC001."""
-
-    if TYPE_CHECKING:
-        _reported: None
 
 
 class TSC001(_TSC001Calls):
