@@ -13,16 +13,25 @@ _JOG_PARAMS = (
     ("get_kcube_jog_params", ("jog_step_size_fwd", "jog_step_size_rev")),
     ("get_tim_jog_params", ("jog_step_size",)),
     ("get_pdxc2_jog_params", ("open_loop_step_size",)),
+    ("get_params", ("jog_step{number}",)),
 )
-"""Calls that read the jog parameters, and their steps: one, or one in each direction."""
+"""Calls that read the jog parameters, and their steps: one, or one in each direction.
+
+If the call is of the controller, a step has the number of its channel.
+"""
 
 
-def jog_step(part: Any, direction: str) -> str:
-    """Return the stored step of a jog in words."""
+def jog_step(device: Any, part: Any, direction: str, number: str) -> str:
+    """Return the stored step of a jog in words.
+
+    :param number: number of the channel.
+    """
     for name, steps in _JOG_PARAMS:
-        if hasattr(part, name):
-            stored = getattr(part, name)()
+        holder = part if hasattr(part, name) else device
+        if hasattr(holder, name):
+            stored = getattr(holder, name)()
             field = steps[-1] if direction.upper().startswith("R") else steps[0]
+            field = field.format(number=number)
             step = in_words(numbers_of(stored).get(field), "an unknown distance")
             mode = getattr(stored, "jog_mode", None)
             return f"the stored step of {step}" + (

@@ -21,7 +21,6 @@ from stagewire.errors import (
     TargetNotReachedError,
     UnsupportedError,
 )
-from stagewire.protocols import Message
 from stagewire_cli.channels import after_enabling, enabling, jog_step
 from stagewire_cli.devices import (
     called_wrongly,
@@ -213,7 +212,7 @@ def run_jog(
         start = _call(device, part, "start_jog")
         saying = (
             f"will {enabling(enable, device)}jog {direction} from {_position(part)} by "
-            f"{jog_step(part, direction)}"
+            f"{jog_step(device, part, direction, name.rpartition(' ')[2])}"
         )
         begin = after_enabling(enable, device, part, lambda: start(direction))
         _act(device, name, part, saying, begin, timeout, yes, files)
@@ -283,15 +282,26 @@ def refuse_unattended(yes: bool) -> None:
 
 def _call(device: Any, part: Any, name: str) -> Callable[..., Any]:
     """Return a call of a part; raises :class:`CalledWronglyError` where its unit has none such."""
-    call: Callable[..., Any] | None = getattr(part, name, None)
-    if call is None:
+    try:
+        call: Callable[..., Any] = getattr(part, name)
+    except AttributeError as error:
+        if name == "stop":
+            raise CalledWronglyError(f"nothing was sent: {error}") from None
         what = name.removeprefix("start_").replace("_", " ")
-        other = _OTHERWISE.get(name)
-        instead = f"; give {other[1]} instead" if other and hasattr(part, other[0]) else ""
         raise CalledWronglyError(
-            f"{device.unit.name} does not support {what}: its class has no {name}(){instead}"
-        )
+            f"{device.unit.name} does not support {what}: its class has no {name}(){_instead(part, name)}"
+        ) from None
     return call
+
+
+def _instead(part: Any, name: str) -> str:
+    """Return what to use instead of a motion that a part does not have."""
+    other = _OTHERWISE.get(name)
+    if other and hasattr(part, other[0]):
+        return f"; give {other[1]} instead"
+    starts = [one.removeprefix("start_") for one in dir(part) if one.startswith("start_")]
+    motions = [f"{one}()" for one in starts if hasattr(part, one)]
+    return f"; in Python, use {' or '.join(motions)}" if motions else ""
 
 
 def confirm(title: str, saying: str, yes: bool) -> None:
@@ -431,9 +441,6 @@ def _position(part: Any) -> str:
     """Return the position of a part for people."""
     values = status_of(part)
     position = None if values is None else numbers_of(values).get("position")
-    if position is None and isinstance(message := getattr(values, "message", None), Message):
-        found = message.values().get("position")  # of a status in a shorter form
-        position = Value(found) if isinstance(found, int) else None
     if position is None:
         with suppress(UnsupportedError, AttributeError):
             position = Value(part.position_counts)

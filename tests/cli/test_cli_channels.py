@@ -13,6 +13,7 @@ import pytest
 from attached_controller import URL, Written, attached
 
 import stagewire_virtual as virtual
+from stagewire_apt import messages as m
 
 if TYPE_CHECKING:
     from conftest import Stagewire
@@ -93,6 +94,30 @@ def test_an_inertial_stage_homes_and_jogs(stagewire: Stagewire, attach: Attach) 
     assert "will enable the channel and home from " in home.out
     assert "by the stored step of 100 counts (SINGLE_STEP)" in jog.out
     assert jog.out.endswith("it is at 100 counts\n")
+
+
+def test_a_move_of_a_unit_with_other_motions_names_them(
+    stagewire: Stagewire, attach: Attach
+) -> None:
+    with virtual.PDXC2() as pdx:
+        attach(pdx)
+        result = stagewire("move", URL, "--unit", "PDXC2", "--counts", "--by", "5", "--yes")
+    assert result.code == 2
+    assert "no start_move_relative(); in Python, use home() or jog() or move_start()" in result.err
+
+
+def test_a_jog_of_a_paddle_prints_its_own_stored_step(stagewire: Stagewire, attach: Attach) -> None:
+    with virtual.MPC320() as mpc:
+        mpc.write(
+            m.PolSetParams(
+                velocity=50, home_position=0, jog_step1=8, jog_step2=16, jog_step3=24
+            ).pack(dest=0x50, source=0x01)
+        )
+        attach(mpc)
+        words = ("--unit", "MPC320", "--channel", "2", "--enable", "--yes")
+        result = stagewire("jog", URL, "forward", *words)
+    assert result.code == 0, result.err
+    assert "by the stored step of 1.9854 deg" in result.out
 
 
 @pytest.mark.parametrize("unit", ["KSC101", "TSC001"])

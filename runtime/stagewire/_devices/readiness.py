@@ -7,6 +7,7 @@ logged, shown by ``print(device)``, and refused at the next motion.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -18,7 +19,7 @@ from stagewire._devices.scales import Scales
 from stagewire._devices.tables import Given, ParameterSet
 from stagewire._devices.travel import MEASURES
 from stagewire._devices.unit import Hindrance, Need, Unit
-from stagewire.errors import UnknownScaleError
+from stagewire.errors import UnknownScaleError, UnsupportedError
 
 Place: TypeAlias = tuple[int, int | None]
 """Address and channel."""
@@ -85,6 +86,20 @@ def switch_of(unit: Unit) -> Switch | None:
     if enabling is not None and enabling.table is not None and not enabling.channels:
         return _switch_in(unit, enabling.table)
     return next(filter(None, (_switch_in(unit, need.table) for need in needs_of(unit))), None)
+
+
+def check_enabling(unit: Unit, names: Iterable[str]) -> None:
+    """Raise :class:`~stagewire.errors.UnsupportedError` for a unit without motor channels to enable.
+
+    :param names: names of the methods of its channels; the error lists those that enable something else.
+    """
+    if switch_of(unit) is not None or (unit.enabling is not None and unit.enabling.channels):
+        return
+    calls = [f"{name}()" for name in names if re.match("(get|set)_.*enable|enable_", name)]
+    instead = f"; use {' and '.join(calls)}" if calls else ""
+    raise UnsupportedError(
+        f"a {unit.name} has no motor channel that can be enabled or disabled{instead}"
+    )
 
 
 def _switch_in(unit: Unit, parameters: ParameterSet[Any]) -> Switch | None:

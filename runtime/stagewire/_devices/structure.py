@@ -58,8 +58,14 @@ class PartBase:
             attribute, call = self._parts
             inside = getattr(type(self), attribute, None)
             has_it = not name.startswith("_") and hasattr(inside, name)
-            where = f"; use {call}.{name}" if has_it else ""
-            raise AttributeError(f"{type(self).__name__} has no {name}{where}", name=name, obj=self)
+            why = f"; use {call}.{name}" if has_it else ""
+            if name == "stop" and not why:
+                why = (
+                    "; stop() of the device ends the loops and outputs of all channels"
+                    if self._at.connection.unit.has_outputs_to_stop
+                    else ": none of its messages ends a motion, a loop or an output, so they continue"
+                )
+            raise AttributeError(f"{type(self).__name__} has no {name}{why}", name=name, obj=self)
 
     def __repr__(self) -> str:
         return f"<{self._at.name} at {self._at.connection.url}>"
@@ -215,7 +221,7 @@ class ChannelsBase(PartBase, Generic[P]):
         if unit.idents is not None and isinstance(number, str | Enumeration):
             ident = number_of(names, number)
             if ident in unit.channel_idents:
-                return self._channels[unit.channel_idents.index(ident)]
+                return self._channels[unit.channel_number(ident) - 1]
         return _numbered("channel", self._channels, number, self._at.name, names)
 
 

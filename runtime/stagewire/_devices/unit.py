@@ -332,6 +332,15 @@ class Unit:
             return tuple(range(1, self.channels + 1))
         return tuple(sorted(int(member) for member in self.idents)[: self.channels])
 
+    def channel_number(self, ident: int) -> int:
+        """Return the number of the channel with this value in messages; the first has 1."""
+        return self.channel_idents.index(ident) + 1
+
+    @property
+    def has_outputs_to_stop(self) -> bool:
+        """Whether `stop()` of the whole unit ends outputs or loops."""
+        return bool(self.safe_state or self.stop_state or self.halts)
+
     def contexts_of(self, firmware: tuple[int, ...] | None) -> dict[str, str]:
         """Return the contexts that select layouts of its messages.
 

@@ -8,8 +8,17 @@ from typing import Any
 import pytest
 from inertial_controller import InertialController, channel_of, controller, moves
 
-from stagewire.errors import BadValueError, MotionUnderWayError, NotReadyError, OutOfRangeError
+import stagewire_virtual as virtual
+from stagewire._devices.readiness import switch_of
+from stagewire.errors import (
+    BadValueError,
+    MotionUnderWayError,
+    NotReadyError,
+    OutOfRangeError,
+    UnsupportedError,
+)
 from stagewire_apt import aio, devices
+from stagewire_apt.devices.facts import UNITS
 from stagewire_virtual.clock import Clock
 from stagewire_virtual.linking import AsyncVirtualLink, SteppedLink
 
@@ -178,3 +187,44 @@ def test_a_shutter_has_no_move(unit: str) -> None:
     for package in (devices, aio):
         names = dir(getattr(package, unit))
         assert not [name for name in names if name.startswith(("move", "start_move", "jog"))]
+
+
+@pytest.mark.parametrize(("unit", "steps"), [("PDXC2", 100), ("KIM001", 250)])
+def test_the_position_of_a_unit_with_one_channel_is_that_of_its_status(
+    unit: str, steps: int
+) -> None:
+    with (
+        getattr(virtual, unit)().tcp() as server,
+        getattr(devices, unit).open(server.url) as device,
+    ):
+        device.enable()
+        device.jog("FORWARD")
+        assert device.position_counts == steps
+        device.jog("REVERSE")
+        assert device.position_counts == 0
+
+
+def _without_a_motor() -> list[str]:
+    """Return the units whose channels `enable()` does not enable."""
+    return [
+        name
+        for name, unit in UNITS.items()
+        if switch_of(unit) is None and not (unit.enabling and unit.enabling.channels)
+    ]
+
+
+@pytest.mark.parametrize("unit", _without_a_motor())
+def test_enabling_a_unit_without_a_motor_names_what_enables_its_channel(unit: str) -> None:
+    with (
+        getattr(virtual, unit)().tcp() as server,
+        getattr(devices, unit).open(server.url) as device,
+    ):
+        inside = [*getattr(device, "bays", ()), *getattr(device, "channels", ()), device]
+        part = next(one for one in inside if hasattr(one, "is_enabled"))
+        names = ("set_chan_enable_state", "enable_output")
+        calls = [name for name in names if hasattr(part, name)]
+        for call in (part.is_enabled, part.enable, part.disable):
+            with pytest.raises(UnsupportedError, match="no motor channel that can be") as error:
+                call()
+            assert all(f"{name}()" in str(error.value) for name in calls)
+            assert ("; use " in str(error.value)) is bool(calls)

@@ -8,6 +8,7 @@ import pytest
 from output_controller import UNITS_THAT_HEAT, OutputController
 from proof_line import SIDES, Side, settled
 
+import stagewire_virtual as virtual
 from stagewire_apt import devices
 from stagewire_apt.devices.facts import UNITS
 
@@ -66,3 +67,28 @@ def test_every_unit_with_such_a_stop_sends_something() -> None:
         own = {"MOT_MOVE_STOP", "PZMOT_MOVE_STOP"} & unit.messages
         assert stops == bool(ended or own), name
     assert {name for name in UNITS if UNITS[name].safe_state} == {*UNITS_THAT_HEAT}
+
+
+@pytest.mark.parametrize(
+    "unit", ["PPC001", "PPC102", "CT1P", "KSG101", "TSG001", "MFF101", "MFF102"]
+)
+def test_a_unit_without_a_stop_says_that_its_outputs_continue(unit: str) -> None:
+    with (
+        getattr(virtual, unit)().tcp() as server,
+        getattr(devices, unit).open(server.url) as device,
+    ):
+        part = device.bay(1) if unit == "PPC102" else device
+        assert not hasattr(part, "stop")
+        with pytest.raises(
+            AttributeError, match=r"has no stop: none of its messages ends .* continue"
+        ):
+            part.stop()
+
+
+def test_a_channel_without_a_stop_names_that_of_the_device() -> None:
+    with virtual.KNA101().tcp() as server, devices.KNA101.open(server.url) as device:
+        channel: Any = device.channel(1)
+        with pytest.raises(
+            AttributeError, match=r"KNA101Channel has no stop; stop\(\) of the device"
+        ):
+            channel.stop()

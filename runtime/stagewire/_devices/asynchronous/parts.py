@@ -14,6 +14,7 @@ from stagewire._devices.asynchronous import calls, defaults, motion, readiness, 
 from stagewire._devices.asynchronous.recorder import Recorder
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.event_filter import EventFilter, First, Second, Third
+from stagewire._devices.readiness import check_enabling
 from stagewire._devices.structure import ChannelsBase, PartBase
 from stagewire._devices.tables import (
     Action,
@@ -297,6 +298,7 @@ class Channel(Part):
         Raise :class:`~stagewire.errors.UnsupportedError` for a unit without motor channels that can be
         enabled.
         """
+        check_enabling(self._at.connection.unit, dir(self))
         return await readiness.is_enabled(self._at, timeout)
 
     async def enable(self, *, timeout: float | None = None) -> None:
@@ -305,6 +307,7 @@ class Channel(Part):
         Raise :class:`~stagewire.errors.NotReadyError` if the controller still reports it as disabled, and the
         errors of :meth:`is_enabled`.
         """
+        check_enabling(self._at.connection.unit, dir(self))
         await readiness.switch_channel(self._at, timeout, on=True)
 
     async def disable(self, *, timeout: float | None = None) -> None:
@@ -313,6 +316,7 @@ class Channel(Part):
         Raise :class:`~stagewire.errors.NotReadyError` if the controller still reports it as enabled, and the
         errors of :meth:`is_enabled`.
         """
+        check_enabling(self._at.connection.unit, dir(self))
         await readiness.switch_channel(self._at, timeout, on=False)
 
     async def snapshot(self, *, timeout: float | None = None) -> dict[str, Any]:

@@ -26,7 +26,6 @@ from stagewire.errors import (
     MotionUnderWayError,
     NotReadyError,
     ReplyTimeoutError,
-    UnsupportedError,
 )
 
 _log = logging.getLogger("stagewire")
@@ -202,7 +201,8 @@ def _busy(what: str, other: Running) -> MotionUnderWayError:
 
 def _number(endpoint: Endpoint) -> int:
     """Return the number of a channel, counted from 1."""
-    return endpoint.connection.unit.channel_idents.index(endpoint.channel) + 1
+    assert endpoint.channel is not None  # motions are those of a channel
+    return endpoint.connection.unit.channel_number(endpoint.channel)
 
 
 def _listed(channels: tuple[int, ...]) -> str:
@@ -278,8 +278,7 @@ def _keyword(table: ParameterSet[Any], field: str) -> str:
 
 def _switch(endpoint: Endpoint) -> Switch:
     switch = switch_of(endpoint.connection.unit)
-    if switch is None:
-        raise UnsupportedError(
-            f"a {endpoint.connection.unit.name} has no motor channel that can be enabled or disabled"
-        )
+    assert (
+        switch is not None
+    )  # check_enabling() ensures it, and so do motions that need an enabled channel
     return switch

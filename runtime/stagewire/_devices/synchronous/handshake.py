@@ -98,7 +98,7 @@ def _ask_stages_and_settings(
         bay = unit.bays.index(place[0]) if unit.kind == "rack" else None  # 0-based on the wire
         if bay is not None and _is_empty(connection, own, bay):
             continue
-        number = unit.channel_idents.index(place[1]) + 1 if place[1] is not None else 1
+        number = unit.channel_number(place[1]) if place[1] is not None else 1
         endpoint = Endpoint(connection, *place, f"{unit.name} channel {number}")
         if reports is not None:
             told = info if reports.message == info.message.layout.message else None

@@ -13,6 +13,7 @@ from typing import Any, Generic, Protocol, TypeVar, overload
 
 from stagewire._codec.events import Event
 from stagewire._devices.event_filter import EventFilter, First, Second, Third
+from stagewire._devices.readiness import check_enabling
 from stagewire._devices.structure import ChannelsBase, PartBase
 from stagewire._devices.synchronous import calls, defaults, motion, readiness, snapshots, status
 from stagewire._devices.synchronous.recorder import Recorder
@@ -293,6 +294,7 @@ class Channel(Part):
         Raise :class:`~stagewire.errors.UnsupportedError` for a unit without motor channels that can be
         enabled.
         """
+        check_enabling(self._at.connection.unit, dir(self))
         return readiness.is_enabled(self._at, timeout)
 
     def enable(self, *, timeout: float | None = None) -> None:
@@ -301,6 +303,7 @@ class Channel(Part):
         Raise :class:`~stagewire.errors.NotReadyError` if the controller still reports it as disabled, and the
         errors of :meth:`is_enabled`.
         """
+        check_enabling(self._at.connection.unit, dir(self))
         readiness.switch_channel(self._at, timeout, on=True)
 
     def disable(self, *, timeout: float | None = None) -> None:
@@ -309,6 +312,7 @@ class Channel(Part):
         Raise :class:`~stagewire.errors.NotReadyError` if the controller still reports it as enabled, and the
         errors of :meth:`is_enabled`.
         """
+        check_enabling(self._at.connection.unit, dir(self))
         readiness.switch_channel(self._at, timeout, on=False)
 
     def snapshot(self, *, timeout: float | None = None) -> dict[str, Any]:

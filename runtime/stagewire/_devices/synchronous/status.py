@@ -31,7 +31,12 @@ def position_counts(endpoint: Endpoint) -> int:
 
     Raise :class:`~stagewire.errors.UnsupportedError` for a unit that reports none.
     """
-    counts = position_in(_read(endpoint, None))
+    values = _read(endpoint, None)
+    counts = position_in(values)
+    if (
+        counts is None and POSITION in values.message.layout.fields
+    ):  # a status without a table of its own
+        return int(getattr(values.message, POSITION))
     if counts is None:
         raise UnsupportedError(f"a {endpoint.connection.unit.name} reports no position of a motor")
     return counts
