@@ -170,7 +170,8 @@ GROUPS: tuple[Group, ...] = (
             "SW033": Code(
                 "a range or value that does not fit the format",
                 "A limit, default or value needs more bytes than the field has, or is negative in an "
-                "unsigned format. Or a text field has a range or a unit.",
+                "unsigned format. Or a text field has a range or a unit. Or the range in a case of a "
+                "scale is not within that of the field.",
                 "correct the range or the format",
             ),
             "SW034": Code(

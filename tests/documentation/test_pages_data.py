@@ -187,6 +187,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/reference/registry.md", "controllers:"): schema("stages"),
     ("docs/reference/registry.md", "stages:"): schema("stages"),
     ("docs/reference/registry.md", "settings:"): schema("quantities"),
+    ("docs/reference/registry.md", "quantities:"): schema("quantities"),
     ("docs/reference/registry.md", "errata:"): schema("errata"),
     ("docs/reference/registry.md", "rules:"): schema("rules"),
     ("docs/reference/registry.md", "chapter: statements"): schema("printed"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -196,3 +197,28 @@ def test_the_status_bits_of_a_controller_are_those_of_page_129(protocol: Protoco
     assert kdc101 < dc
     assert "motor_connected" in kdc101
     assert "settled" not in kdc101
+
+
+def test_a_wrong_range_of_a_sensor_contradicts_page_356(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = shutil.copytree(SPEC, tmp_path / "thorlabs_apt")
+    file = spec / "overlays" / "issue_37" / "quantities.yaml"
+    text = file.read_text()
+    for right, wrong in (
+        ("-4500", "-4400"),
+        ("14500", "14400"),
+        ("maximum: 20000}", "maximum: 2000}"),
+    ):
+        assert text.count(right) == 1
+        text = text.replace(right, wrong)
+    file.write_text(text)
+    assert main(["check", str(spec)]) == 1
+    place = "SW040 statements/quantities/tec_temperature/scale/cases/"
+    said = capsys.readouterr().out
+    for key in (
+        "SENSOR_IC_AD59X/minimum",
+        "SENSOR_IC_AD59X/maximum",
+        "SENSOR_THERM200KOHM/maximum",
+    ):
+        assert f"{place}{key}: the document has" in said

@@ -175,6 +175,12 @@ def _rule(comparison: Comparison, where: Where, old: Json, new: Json) -> None:
         if before and after and before["unit"] != after["unit"]:
             comparison.add("quantity-unit", at, before["unit"], after["unit"])
         _scale(comparison, at, before.get("scale"), after.get("scale"))
+        if before and after and _range(before) != _range(after):
+            comparison.add("field-range", at, _range(before), _range(after))
+
+
+def _range(case: Json) -> str | None:
+    return f"{case['minimum']} to {case['maximum']}" if "minimum" in case else None
 
 
 def _facts(comparison: Comparison, where: Where, old: Json, new: Json) -> None:

@@ -305,6 +305,15 @@ def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
             f"{where}: the range {field.minimum} to {field.maximum} is invalid for the format {format.name} "
             f"({format.minimum} to {format.maximum})",
         )
+    cases = field.quantity.rule.get("cases", {}) if field.quantity else {}
+    for name, case in cases.items():
+        low, high = case.get("minimum", field.minimum), case.get("maximum", field.maximum)
+        if not field.minimum <= low <= high <= field.maximum:
+            what = (
+                f"{where}: the range {low} to {high} in the case {name} is invalid; the range of the field "
+                f"is {field.minimum} to {field.maximum}"
+            )
+            diagnostics.add(field.place, "SW033", what)
     for name, value in (("default", field.default), ("constant", field.constant)):
         if value is not None and not field.minimum <= value <= field.maximum:
             diagnostics.add(field.place, "SW033", f"{where}: the {name} {value} is out of range")

@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 from stagewire._codec.flags import Enumeration, Flags
 from stagewire._codec.message import Layout, Message
 from stagewire._devices import reals
-from stagewire._devices.scales import Scales
+from stagewire._devices.scales import Range, Scales
 from stagewire._devices.tables import Given, Named
 from stagewire.errors import (
     BadValueError,
@@ -92,7 +92,7 @@ def fields_of(
         if not used:
             missing.append(entry)
         elif used[0] == entry.keyword:
-            fields[entry.field] = _checked(what, entry, given[used[0]], of.layout)
+            fields[entry.field] = _checked(what, entry, given[used[0]], scales, of.layout)
         else:
             fields[entry.field] = _converted(
                 what, entry, used[0], given[used[0]], scales, of.layout
@@ -176,7 +176,7 @@ def check_held(entry: Given, value: object) -> None:
         raise OutOfRangeError(_not_listed(entry.keyword, entry, table, value))
 
 
-def _checked(what: str, entry: Given, value: object, layout: Layout) -> object:
+def _checked(what: str, entry: Given, value: object, scales: Scales, layout: Layout) -> object:
     """Return a raw value; check the range of a number before anything is sent."""
     if entry.minimum is None or entry.maximum is None:
         return value
@@ -195,10 +195,12 @@ def _checked(what: str, entry: Given, value: object, layout: Layout) -> object:
             f"{what}: {entry.keyword} must be an integer from {entry.minimum} to {entry.maximum}, "
             f"not {value!r}"
         )
-    if not entry.minimum <= number <= entry.maximum:
+    now = scales.range_of(entry.quantity, entry.minimum, entry.maximum)
+    if not now.minimum <= number <= now.maximum:
         raise OutOfRangeError(
-            f"{what}: {entry.keyword} must be {entry.minimum} to {entry.maximum} "
-            f"({layout.counts_of(entry.field)}), not {number}{layout.source_of(entry.field, named=True)}"
+            f"{what}: {entry.keyword} must be {now.minimum} to {now.maximum} "
+            f"({layout.counts_of(entry.field)}){now.condition}, not {number}{now.remedy}"
+            f"{layout.source_of(entry.field, named=True)}"
         )
     return number
 
@@ -303,26 +305,23 @@ def _converted(
     number = in_unit(value, unit, f"{what}: {keyword}")
     scale = scales.of(entry.quantity, unit, case)
     counts = scale.to_counts(number)
-    minimum, maximum = entry.minimum, entry.maximum
-    if minimum is not None and maximum is not None and not minimum <= counts <= maximum:
+    if entry.minimum is None or entry.maximum is None:
+        return counts
+    now = scales.range_of(entry.quantity, entry.minimum, entry.maximum, case)
+    if not now.minimum <= counts <= now.maximum:
         source = layout.source_of(entry.field, named=True)
-        if scales.by_setting(entry.quantity):
+        if scales.by_setting(entry.quantity) and not now.condition:
             source = f"; {scales.source(entry.quantity, scale)}{source}"
-        _refuse(f"{what}: {keyword}", number, counts, scale, minimum, maximum, source)
+        _refuse(f"{what}: {keyword}", number, counts, scale, now, source)
     return counts
 
 
 def _refuse(
-    name: str,
-    number: Number,
-    counts: int,
-    scale: Scale,
-    minimum: int,
-    maximum: int,
-    source: str,
+    name: str, number: Number, counts: int, scale: Scale, now: Range, source: str
 ) -> NoReturn:
-    low, high = (float(scale.from_counts(end)) for end in (minimum, maximum))
+    low, high = (float(scale.from_counts(end)) for end in (now.minimum, now.maximum))
+    holds = "the range is" if now.condition else "the field holds"
     raise OutOfRangeError(
-        f"{name} must be {low:.10g} to {high:.10g} {scale.unit}, not {number} "
-        f"({counts} counts; the field holds {minimum} to {maximum}){source}"
+        f"{name} must be {low:.10g} to {high:.10g} {scale.unit}{now.condition}, not {number} "
+        f"({counts} counts; {holds} {now.minimum} to {now.maximum}){now.remedy}{source}"
     )

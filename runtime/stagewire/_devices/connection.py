@@ -139,6 +139,7 @@ class Connection(Generic[T]):
             unit.name,
             self.facts.quantities,
             ways=self._ways(),
+            writers=self.facts.writers_of_settings(unit),
             stages=unit.stages,
             names=self.names,
             source_of_scales=choices.scale_source,

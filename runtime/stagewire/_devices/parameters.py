@@ -132,7 +132,8 @@ class Parameter:
         given = self.given.on(scales.controllers)
         if given.minimum is None or given.maximum is None:
             return None
-        ends = given.minimum, given.maximum
+        now = scales.range_of(given.quantity, given.minimum, given.maximum)
+        ends = now.minimum, now.maximum
         if self.real:
             signed = given.maximum >> (8 * self.real - 1)
             return (

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import NoReturn, TypeAlias
+from typing import NamedTuple, NoReturn, TypeAlias
 
 from stagewire.errors import UnknownScaleError
 from stagewire.quantities import Scale, ScaleConflict, Stage, UnknownScale
@@ -57,10 +57,27 @@ class ByUnit:
 
 @dataclass(frozen=True, slots=True)
 class ByCase:
-    """A setting determines what is measured, and so the unit."""
+    """A setting determines what is measured, and so the unit.
+
+    :param ranges: case -> minimum and maximum in counts, for those cases with a range of their own.
+    """
 
     setting: str
     cases: Mapping[str, Scale | UnknownScale | ByStage | BySetting | ByUnit]
+    ranges: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+
+
+class Range(NamedTuple):
+    """A range in counts.
+
+    :param condition: the state of the controller in which it applies, for messages; may be empty.
+    :param remedy: how to change that state, for messages; may be empty.
+    """
+
+    minimum: int
+    maximum: int
+    condition: str = ""
+    remedy: str = ""
 
 
 Rule: TypeAlias = Scale | UnknownScale | ByStage | BySetting | ByUnit | ByCase
@@ -99,6 +116,7 @@ class Scales:
     :param stage: stage on the channel, if known.
     :param settings: name -> value of the known settings.
     :param ways: setting -> how to make it known, for messages.
+    :param writers: setting -> the message that changes it, for messages.
     :param stages: names of the stages that the document lists for the controller.
     :param names: units and aliases that the controller may be; their scales are used. Empty: only ``unit``.
     :param source_of_scales: source that the user chose for scales whose sources contradict each other.
@@ -109,6 +127,7 @@ class Scales:
     stage: Stage | None = None
     settings: Mapping[str, ToldValue] = field(default_factory=dict)
     ways: Mapping[str, str] = field(default_factory=dict)
+    writers: Mapping[str, str] = field(default_factory=dict)
     stages: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
     source_of_scales: str | None = None
@@ -154,6 +173,23 @@ class Scales:
                 f"source of the scale: {self.source(quantity, scale)}"
             )
         return scale
+
+    def range_of(self, quantity: str, minimum: int, maximum: int, case: str | None = None) -> Range:
+        """Return the range of a value now, if a setting decides on it; else the given one of its field.
+
+        :param case: case that the caller implies, if the setting is unknown.
+        """
+        rule = self.rules.get(quantity)
+        if isinstance(rule, ByCase) and rule.ranges:
+            told = self.settings.get(rule.setting)
+            now = str(told.value) if told is not None else case or ""
+            if now in rule.ranges:
+                writer = self.writers.get(rule.setting)
+                remedy = f"; to change {rule.setting}, send {writer} first" if writer else ""
+                low, high = rule.ranges[now]
+                ends = max(low, minimum), min(high, maximum)
+                return Range(*ends, f" while {rule.setting} is {now}", remedy)
+        return Range(minimum, maximum)
 
     def _apply(
         self, rule: Scale | UnknownScale | ByStage | BySetting | ByUnit, quantity: str

@@ -450,6 +450,12 @@ class Facts:
                 if any(cls is not None and cls.layout.message in unit.messages for cls in classes):
                     yield setting, told
 
+    def writers_of_settings(self, unit: Unit) -> dict[str, str]:
+        """Return each setting of a unit that a message can change, with the name of that message."""
+        known = ((setting.name, told.set) for setting, told in self.telling(unit))
+        names = ((name, cls.layout.message) for name, cls in known if cls is not None)
+        return {name: message for name, message in names if message in unit.messages}
+
 
 def framed(facts: Facts) -> FramedProtocol:
     """Return the protocol of units whose messages have frames."""

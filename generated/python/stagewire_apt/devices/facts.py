@@ -4192,6 +4192,11 @@ QUANTITIES: dict[str, Rule] = {
             "SENSOR_THERM20KOHM": Scale.unit_per("kOhm", 1, 100),
             "SENSOR_THERM200KOHM": Scale.unit_per("kOhm", 1, 100),
         },
+        ranges={
+            "SENSOR_IC_AD59X": (-4500, 14500),
+            "SENSOR_THERM20KOHM": (0, 2000),
+            "SENSOR_THERM200KOHM": (0, 20000),
+        },
     ),
     "tenths_of_a_percent": Scale.unit_per("percent", 1, 10, printed="0 to 1000 = 0 to 100%"),
     "travel": Scale.unit_per("um", 1, 10, printed="steps of 100nm"),

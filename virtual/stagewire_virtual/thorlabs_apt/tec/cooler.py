@@ -13,7 +13,7 @@ from stagewire_virtual.options import Settings
 from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel, LiveState, live, stored
 from stagewire_virtual.thorlabs_apt.status_bits import StatusBits
 from stagewire_virtual.thorlabs_apt.tec.load import CONDUCTANCE, PUMPED, Load, Loop
-from stagewire_virtual.thorlabs_apt.tec.sensor import SENSORS, Sensor
+from stagewire_virtual.thorlabs_apt.tec.sensor import Sensor, sensor_of
 
 GAIN: Final = 0.02
 """The change of the current in A/K for each step of the proportional gain; our choice."""
@@ -178,4 +178,4 @@ class Cooler(Behaviour):
 
     @property
     def _sensor(self) -> Sensor:
-        return SENSORS[TecSensor(self.channel.parameter("TEC_IOSETTINGS", "sensor"))]
+        return sensor_of(self.channel.unit, self.channel.parameter("TEC_IOSETTINGS", "sensor"))

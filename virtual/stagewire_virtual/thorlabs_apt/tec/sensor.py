@@ -6,6 +6,7 @@ import math
 from typing import Final, NamedTuple
 
 from stagewire_apt.enumerations import TecSensor
+from stagewire_virtual.instrument import Unit
 
 B_VALUE: Final = 3900.0
 """The B value of a thermistor in kelvins; our choice."""
@@ -54,9 +55,11 @@ class Sensor(NamedTuple):
         return f"t_set must be from {self.minimum} to {self.maximum} with {self.name}, not {counts}"
 
 
-SENSORS: Final = {
-    TecSensor.SENSOR_IC_AD59X: Sensor("SENSOR_IC_AD59X", -4500, 14500),
-    TecSensor.SENSOR_THERM20KOHM: Sensor("SENSOR_THERM20KOHM", 0, 2000, 20.0),
-    TecSensor.SENSOR_THERM200KOHM: Sensor("SENSOR_THERM200KOHM", 0, 20000, 200.0),
-}
-"""The sensors by their numbers (pages 356 and 359)."""
+_KILOHMS: Final = {TecSensor.SENSOR_THERM20KOHM: 20.0, TecSensor.SENSOR_THERM200KOHM: 200.0}
+
+
+def sensor_of(unit: Unit, number: int) -> Sensor:
+    """Return a sensor by its number (page 359), with its range in the registry (page 356)."""
+    one = TecSensor(number)
+    case = unit.registry["quantities"]["tec_temperature"]["scale"]["cases"][one.name]
+    return Sensor(one.name, case["minimum"], case["maximum"], _KILOHMS.get(one))

@@ -86,10 +86,13 @@ def unit_text(argument: Argument, way: Way) -> str:
     if way.rotary:
         return f"{text}, for a rotary stage"
     scale = quantity.factor or quantity.rule
+    ends = field.minimum, field.maximum
     if way.case:
-        scale = quantity.rule["cases"][way.case]["scale"]
+        chosen = quantity.rule["cases"][way.case]
+        scale = chosen["scale"]
+        ends = chosen.get("minimum", field.minimum), chosen.get("maximum", field.maximum)
     if isinstance(scale, Factor):
-        low, high = (_number(n, scale) for n in (field.minimum, field.maximum))
+        low, high = (_number(n, scale) for n in ends)
         return f"{text}; from {low} to {high}"
     if "unknown" in scale:
         return f"{text}; not available, because the scale is unknown: {scale['unknown']}"

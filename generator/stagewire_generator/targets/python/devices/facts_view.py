@@ -189,7 +189,15 @@ def _rule(rule: Factor | Json, unit: str) -> Source:
             keyed(literal(name), _rule(case["scale"], case["unit"]))
             for name, case in rule["cases"].items()
         ]
-        return Nested("ByCase(", (literal(rule["setting"]), Nested("{", tuple(cases), "}")), ")")
+        items: list[Source] = [literal(rule["setting"]), Nested("{", tuple(cases), "}")]
+        ranges = [
+            f"{literal(name)}: ({case['minimum']}, {case['maximum']})"
+            for name, case in rule["cases"].items()
+            if "minimum" in case
+        ]
+        if ranges:
+            items.append(Nested("ranges={", tuple(ranges), "}"))
+        return Nested("ByCase(", tuple(items), ")")
     return Nested(
         "BySetting(", (literal(rule["setting"]), str(rule["counts_at_setting"]), literal(unit)), ")"
     )

@@ -13,14 +13,11 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.outputs.light import Light, drawn, light_check
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
-_RANGES: Final = {
-    TecSensor.SENSOR_IC_AD59X: (-4500, 14500),
-    TecSensor.SENSOR_THERM20KOHM: (0, 2000),
-    TecSensor.SENSOR_THERM200KOHM: (0, 20000),
-}
 _DISPLAYS: Final = ("display_actual", "display_set_point", "display_difference", "display_current")
 _NAME: Final = "TEC_GET_STATUSUPDATE"
 _STEP: Final = 10
@@ -69,7 +66,8 @@ def _status(trial: Trial, place: Target) -> None:
         rule="tec-current-range",
         cause=Cause(_NAME, "i_tec"),
     )
-    low, high = _RANGES.get(settings.sensor, (-4500, 20000))
+    ranges = _ranges(trial)
+    low, high = ranges.get(settings.sensor, (-4500, 20000))
     for message, told in ((_NAME, status), ("TEC_GET_READINGS", reading)):
         trial.must(
             abs(told.i_tec) <= settings.i_lim,
@@ -80,7 +78,9 @@ def _status(trial: Trial, place: Target) -> None:
         trial.must(
             low <= told.t_act <= high,
             f"{message} reports t_act = {told.t_act}; the range of the sensor is {low} to {high}",
-            rule="tec-sensor-units" if _suits_another(told.t_act) else "tec-temperature-ranges",
+            rule="tec-sensor-units"
+            if _suits_another(told.t_act, ranges)
+            else "tec-temperature-ranges",
             cause=Cause(message, "t_act"),
         )
         trial.must(
@@ -123,7 +123,7 @@ def _set_point(trial: Trial, place: Target) -> None:
     point = light.set_of("TEC_TEMPSETPOINT")
     before = point.read(trial)
     point.undo(trial, before)
-    low, high = _RANGES.get(light.ask("TEC_REQ_IOSETTINGS").sensor, (-4500, 20000))
+    low, high = _ranges(trial).get(light.ask("TEC_REQ_IOSETTINGS").sensor, (-4500, 20000))
     for step in (_STEP, -_STEP):
         value = before["t_set"] + step
         if not low <= value <= high or not light.keeps(point, {"t_set": value}):
@@ -157,9 +157,15 @@ def _limit(trial: Trial, place: Target) -> None:
     _judge_off(light, "TEC_SET_IOSETTINGS")
 
 
-def _suits_another(value: int) -> bool:
+def _ranges(trial: Trial) -> dict[int, tuple[int, int]]:
+    """Return the range of temperatures of each sensor, by its number (page 356)."""
+    cases = trial.declared.registry.table("quantities")["tec_temperature"]["scale"]["cases"]
+    return {TecSensor[name]: (case["minimum"], case["maximum"]) for name, case in cases.items()}
+
+
+def _suits_another(value: int, ranges: Mapping[int, tuple[int, int]]) -> bool:
     """Return whether a value is one of another sensor, perhaps in its unit."""
-    return any(low <= value <= high for low, high in _RANGES.values())
+    return any(low <= value <= high for low, high in ranges.values())
 
 
 def _judge_off(light: Light, message: str) -> None:
