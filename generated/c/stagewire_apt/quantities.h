@@ -500,13 +500,13 @@ static inline apt_status apt_to_counts_int32(
 #define APT_SCALE_TEC_TEMPERATURE_SENSOR_IC_AD59X APT_BRACED(INT64_C(100), INT64_C(1))
 
 /**
- * tec_temperature when tec_sensor is SENSOR_THERM20KOHM, in kOhm (Issue 37, page 356):
+ * tec_temperature when tec_sensor is SENSOR_THERM20KOHM, in kohm (Issue 37, page 356):
  * kohm_per_count 1/100.
  */
 #define APT_SCALE_TEC_TEMPERATURE_SENSOR_THERM20KOHM APT_BRACED(INT64_C(100), INT64_C(1))
 
 /**
- * tec_temperature when tec_sensor is SENSOR_THERM200KOHM, in kOhm (Issue 37, page 356):
+ * tec_temperature when tec_sensor is SENSOR_THERM200KOHM, in kohm (Issue 37, page 356):
  * kohm_per_count 1/100.
  */
 #define APT_SCALE_TEC_TEMPERATURE_SENSOR_THERM200KOHM APT_BRACED(INT64_C(100), INT64_C(1))

@@ -106,7 +106,8 @@ def _text(value: object) -> str:
 def quantities(values: Reported) -> dict[str, Any]:
     """Return the values with known units as quantities of pint, by the name of their field.
 
-    They belong to the application registry of pint.
+    They belong to the application registry of pint. A unit that it does not know, such as the NT of
+    NanoTraks, is defined there and has a dimension of its own.
 
     Raise :class:`~stagewire.errors.UnsupportedError` if pint is not installed.
     """
@@ -114,13 +115,15 @@ def quantities(values: Reported) -> dict[str, Any]:
         pint = import_module("pint")
     except ImportError:
         raise UnsupportedError("pint is not installed: run pip install 'stagewire[pint]'") from None
-    quantity = pint.get_application_registry().Quantity
+    registry = pint.get_application_registry()
     described = vars(type(values))
-    return {
-        described[name].field: quantity(value, unit)
-        for name, value in values.in_units()
-        if (unit := _unit(described[name]))
-    }
+    found = {}
+    for name, value in values.in_units():
+        if unit := _unit(described[name]):
+            if unit.isidentifier() and unit not in registry:
+                registry.define(f"{unit} = [{unit}]")
+            found[described[name].field] = registry.Quantity(value, unit)
+    return found
 
 
 def html_of_values(values: Reported) -> str:

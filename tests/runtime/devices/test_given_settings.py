@@ -73,7 +73,7 @@ def test_cases_with_the_same_unit_have_one_keyword() -> None:
         tec.set_io_settings(sensor="SENSOR_THERM200KOHM", ma=500)
         tec.set_temp_set_point(kohm=10)
         assert line.raw.endswith(m.TecSetTempSetPoint(t_set=1000).pack(0x50, 0x01))
-        with pytest.raises(UnknownScaleError, match="is in kOhm, not in degC"):
+        with pytest.raises(UnknownScaleError, match="is in kohm, not in degC"):
             tec.set_temp_set_point(degc=25)
         tec.set_io_settings(sensor="SENSOR_IC_AD59X", ma=500)
         tec.set_temp_set_point(degc=-25)

@@ -7,6 +7,8 @@ import pickle
 import subprocess
 import sys
 from datetime import UTC, datetime, timedelta
+from importlib import import_module
+from pkgutil import walk_packages
 from typing import Any
 from xml.etree import ElementTree
 
@@ -15,9 +17,11 @@ from proof_controller import HOST, Controller
 from proof_line import SIDES, Side, settled
 
 import stagewire
+import stagewire_apt
+import stagewire_ms2000
 from stagewire.errors import BadValueError
 from stagewire_apt import messages as m
-from stagewire_apt.devices import BSC203, TDC001
+from stagewire_apt.devices import BSC203, TDC001, TNA001
 from stagewire_apt.devices import values as v
 from stagewire_apt.flags import DcStatusBits
 
@@ -246,6 +250,37 @@ def test_values_are_quantities_of_pint_that_calls_accept() -> None:
         assert "velocity" not in one.quantities()  # its scale is unknown
         end = tdc.move_absolute(mm=position / 10)
         assert end.values.position_mm == pytest.approx(0.1, abs=0.01)
+
+
+def test_pint_knows_every_unit_of_the_registries() -> None:
+    """NT, a unit of NanoTraks, is not in pint: `quantities` defines it."""
+    pint = pytest.importorskip("pint")
+    units = {
+        value.unit
+        for package in (stagewire_apt, stagewire_ms2000)
+        for module in walk_packages(package.__path__, f"{package.__name__}.")
+        if ".devices.values" in module.name
+        for cls in vars(import_module(module.name)).values()
+        if isinstance(cls, type)
+        for value in vars(cls).values()
+        if getattr(value, "unit", "")
+    }
+    assert {"mm", "deg/s^2", "degC", "kohm", "um/s"} < units
+    unknown = set()
+    for unit in units:
+        try:
+            pint.UnitRegistry().Quantity(1, unit)
+        except pint.UndefinedUnitError:
+            unknown.add(unit)
+    assert unknown == {"NT"}
+    with TNA001.open("virtual://TNA001") as nanotrak:
+        reading = nanotrak.reading().quantities()
+        centre = reading["circ_pos_a"]
+        assert (str(centre.units), centre.magnitude) == ("NT", pytest.approx(5, abs=0.01))
+        nanotrak.change_nt_circ_home_pos(circ_home_pos_a_nt=centre / 2)
+        assert nanotrak.get_nt_circ_home_pos().circ_home_pos_a_nt == pytest.approx(2.5, abs=0.01)
+        with pytest.raises(BadValueError, match="must be in NT"):
+            nanotrak.change_nt_circ_home_pos(circ_home_pos_a_nt=centre / centre)
 
 
 BLOCKED = """

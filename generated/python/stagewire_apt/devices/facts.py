@@ -4189,8 +4189,8 @@ QUANTITIES: dict[str, Rule] = {
         "tec_sensor",
         {
             "SENSOR_IC_AD59X": Scale.unit_per("degC", 1, 100),
-            "SENSOR_THERM20KOHM": Scale.unit_per("kOhm", 1, 100),
-            "SENSOR_THERM200KOHM": Scale.unit_per("kOhm", 1, 100),
+            "SENSOR_THERM20KOHM": Scale.unit_per("kohm", 1, 100),
+            "SENSOR_THERM200KOHM": Scale.unit_per("kohm", 1, 100),
         },
         ranges={
             "SENSOR_IC_AD59X": (-4500, 14500),

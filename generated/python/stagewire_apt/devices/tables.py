@@ -3627,7 +3627,7 @@ TEMP_SET_POINT = ParameterSet(
             "t_set",
             "t_set",
             quantity="tec_temperature",
-            ways=(("degc", "degC", "SENSOR_IC_AD59X"), ("kohm", "kOhm", None)),
+            ways=(("degc", "degC", "SENSOR_IC_AD59X"), ("kohm", "kohm", None)),
             minimum=-4500,
             maximum=20000,
         ),

@@ -352,7 +352,7 @@ class WithTempSetPoint(Part):
         :param t_set: The range depends on the sensor; in counts; unit and scale depend on
             tec_sensor; from -4500 to 20000.
         :param degc: ``t_set`` in degC, if tec_sensor is SENSOR_IC_AD59X; from -45 to 145.
-        :param kohm: ``t_set`` in kOhm; the scale depends on tec_sensor.
+        :param kohm: ``t_set`` in kohm; the scale depends on tec_sensor.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -387,7 +387,7 @@ class WithTempSetPoint(Part):
         :param t_set: The range depends on the sensor; in counts; unit and scale depend on
             tec_sensor; from -4500 to 20000.
         :param degc: ``t_set`` in degC, if tec_sensor is SENSOR_IC_AD59X; from -45 to 145.
-        :param kohm: ``t_set`` in kOhm; the scale depends on tec_sensor.
+        :param kohm: ``t_set`` in kohm; the scale depends on tec_sensor.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is

@@ -32,8 +32,8 @@ class TempSetPoint(Values[m.TecGetTempSetPoint]):
     20000."""
     degc = InUnits("t_set", "tec_temperature", "degC")
     """``t_set`` in degC, if tec_sensor is SENSOR_IC_AD59X; from -45 to 145."""
-    kohm = InUnits("t_set", "tec_temperature", "kOhm")
-    """``t_set`` in kOhm; the scale depends on tec_sensor."""
+    kohm = InUnits("t_set", "tec_temperature", "kohm")
+    """``t_set`` in kohm; the scale depends on tec_sensor."""
 
 
 class TecReadings(Values[m.TecGetReadings]):
@@ -51,15 +51,15 @@ class TecReadings(Values[m.TecGetReadings]):
     tec_sensor; from -4500 to 20000."""
     t_act_degc = InUnits("t_act", "tec_temperature", "degC")
     """``t_act`` in degC, if tec_sensor is SENSOR_IC_AD59X; from -45 to 145."""
-    t_act_kohm = InUnits("t_act", "tec_temperature", "kOhm")
-    """``t_act`` in kOhm; the scale depends on tec_sensor."""
+    t_act_kohm = InUnits("t_act", "tec_temperature", "kohm")
+    """``t_act`` in kohm; the scale depends on tec_sensor."""
     t_set = Raw("t_set")
     """Set point of the temperature; the range depends on the sensor; in counts; unit and scale depend
     on tec_sensor; from -4500 to 20000."""
     t_set_degc = InUnits("t_set", "tec_temperature", "degC")
     """``t_set`` in degC, if tec_sensor is SENSOR_IC_AD59X; from -45 to 145."""
-    t_set_kohm = InUnits("t_set", "tec_temperature", "kOhm")
-    """``t_set`` in kOhm; the scale depends on tec_sensor."""
+    t_set_kohm = InUnits("t_set", "tec_temperature", "kohm")
+    """``t_set`` in kohm; the scale depends on tec_sensor."""
 
 
 class TecIoSettings(Values[m.TecGetIoSettings]):
@@ -131,14 +131,14 @@ class TecStatusUpdate(Values[m.TecGetStatusUpdate]):
     tec_sensor; from -4500 to 20000."""
     t_act_degc = InUnits("t_act", "tec_temperature", "degC")
     """``t_act`` in degC, if tec_sensor is SENSOR_IC_AD59X; from -45 to 145."""
-    t_act_kohm = InUnits("t_act", "tec_temperature", "kOhm")
-    """``t_act`` in kOhm; the scale depends on tec_sensor."""
+    t_act_kohm = InUnits("t_act", "tec_temperature", "kohm")
+    """``t_act`` in kohm; the scale depends on tec_sensor."""
     t_set = Raw("t_set")
     """Set point; the range depends on the sensor; in counts; unit and scale depend on tec_sensor; from
     -4500 to 20000."""
     t_set_degc = InUnits("t_set", "tec_temperature", "degC")
     """``t_set`` in degC, if tec_sensor is SENSOR_IC_AD59X; from -45 to 145."""
-    t_set_kohm = InUnits("t_set", "tec_temperature", "kOhm")
-    """``t_set`` in kOhm; the scale depends on tec_sensor."""
+    t_set_kohm = InUnits("t_set", "tec_temperature", "kohm")
+    """``t_set`` in kohm; the scale depends on tec_sensor."""
     status_bits = Bits("status_bits", f.TecStatusBits)
     """:class:`~.TecStatusBits`; from 0 to 4294967295."""
