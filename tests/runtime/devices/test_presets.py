@@ -10,7 +10,8 @@ from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire.errors import NotReadyError, ReplyTimeoutError
-from stagewire_apt import KSC101, PROTOCOL, TNA001, TSC001
+from stagewire_apt import BNT001, KNA101, KSC101, MNA601, PROTOCOL, TNA001, TSC001
+from stagewire_virtual.thorlabs_apt.nanotrak.signal import Spot
 
 each_driver = pytest.mark.parametrize("cls", [KSC101, TSC001])
 SET_STATE = bytes.fromhex("cb 04")
@@ -131,6 +132,30 @@ def test_a_nanotrak_tracks_only_when_asked() -> None:
         assert line.names(PROTOCOL) == ["PZ_MOVE_NTCIRCTOHOMEPOS"]
         line.controller.advance(0.5)
         assert device.reading().circ_pos_a_nt == pytest.approx(5, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("cls", "microamperes"), [(TNA001, 100), (KNA101, 166), (BNT001, 100), (MNA601, 100)]
+)
+def test_a_reading_has_the_values_of_the_spot_that_a_nanotrak_has_found(
+    cls: Any, microamperes: int
+) -> None:
+    device, line, behaviour = opened(cls)
+    behaviour.spot = Spot(6.5, 4, width=3, peak=80e-6)
+    with device:
+        part = device if hasattr(device, "reading") else device.channel(1)
+        before = part.reading()
+        assert (before.circ_pos_a_nt, before.circ_pos_b_nt) == pytest.approx((5, 5), abs=0.001)
+        assert before.abs_reading < 50e-6
+        device.track()
+        line.controller.advance(5)
+        found = part.reading()
+    assert (found.circ_pos_a_nt, found.circ_pos_b_nt) == pytest.approx((6.5, 4), abs=0.01)
+    assert found.abs_reading == pytest.approx(80e-6, rel=0.01)
+    assert found.rel_reading_percent == pytest.approx(80 / microamperes * 100, abs=0.5)
+    assert found.range.name.endswith(f"RANGE_{microamperes}UA")
+    assert found.under_over_read.name == "IN_RANGE"
+    assert {"tracking", "tracking_with_signal"} < set(found.status_bits.names)
 
 
 def test_opening_a_nanotrak_starts_nothing() -> None:
