@@ -95,6 +95,35 @@ def test_one_damaged_message_is_one_failure(fault: str, message: str) -> None:
     assert finding.rule
 
 
+UNRELATED = {
+    "KIM101": ("PZMOT_GET_POSCOUNTERS", "PZMOT_GET_DRIVEOPPARAMS"),
+    "KNA101": ("PZ_GET_NTGAINPARAMS", "KNA_GET_KCUBEMMIPARAMS"),
+    "KPZ101": ("KPZ_GET_KCUBEMMIPARAMS", "PZ_GET_PICONSTS"),
+    "PDXC2": ("PZMOT_GET_AMPOUTPARAMS",),
+}
+WRONG_LENGTHS = [(unit, message) for unit, messages in UNRELATED.items() for message in messages]
+
+
+@pytest.mark.parametrize(("unit", "message"), WRONG_LENGTHS)
+def test_settings_are_read_back_although_another_message_has_the_wrong_length(
+    unit: str, message: str
+) -> None:
+    report = whole_run(LinkFault(to_host=of(message, shorter)), bench(unit))
+    only_cause(report, (message, message.replace("_GET_", "_REQ_")))
+    not_run = {
+        outcome.check.id
+        for outcome in of_result(report, Result.NOT_RUN)
+        if outcome.kind.name in ("readback", "eeprom", "enable")
+        and message not in outcome.check.messages
+    }
+    blind = {
+        "readback/0x50/PZMOT_SET_KCUBECHANENABLEMODE",
+        "readback/0x50/PZMOT_SET_KCUBETRIGIOCONFIG",
+        *(f"enable/0x50/{channel}" for channel in (1, 2, 4, 8)),
+    }
+    assert not_run == (blind if message == "PZMOT_GET_POSCOUNTERS" else set())
+
+
 def test_bytes_after_the_identity_name_no_other_message() -> None:
     report = whole_run(LinkFault(to_host=of(INFO, ten_bytes_more)))
     cause = only_cause(report, (INFO, "HW_REQ_INFO"))

@@ -14,6 +14,7 @@ from stagewire_conformance.device.causes import (
 )
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.lines.dialogue import Incoming
+from stagewire_conformance.registry import Json
 
 _BYTES = "bytes"
 _STRAY = "stray bytes"
@@ -26,11 +27,32 @@ def subject_of(declared: Declaration, heard: Incoming) -> str:
     """
     if heard.name:
         return heard.name
-    id = int.from_bytes(heard.raw[:2], "little")
-    for name, entry in declared.registry.messages.items():
-        if entry["id"] == id and len(heard.raw) > 2 and entry["direction"] != "to_controller":
-            return name
+    if len(heard.raw) > 2 and (entry := entry_of(declared, heard.raw)) is not None:
+        return str(entry["name"])
     return heard.after
+
+
+def entry_of(declared: Declaration, raw: bytes) -> Json | None:
+    """Return the entry of the message from a controller that bytes begin like; None if there is none.
+
+    Messages that share an id differ in their sub-message. Without one in the bytes, it is the first of them.
+    """
+    id = int.from_bytes(raw[:2], "little")
+    alike = [
+        entry
+        for entry in declared.registry.messages.values()
+        if entry["id"] == id and entry["direction"] != "to_controller"
+    ]
+    begun = [entry for entry in alike if _begins_with(entry, raw)]
+    return next(iter((*begun, *alike)), None)
+
+
+def _begins_with(entry: Json, raw: bytes) -> bool:
+    """Return whether bytes have the sub-message of a message, if it has one."""
+    if "sub_message" not in entry:
+        return True
+    number: int = entry["sub_message"]
+    return raw[HEADER_SIZE : HEADER_SIZE + 2] == number.to_bytes(2, "little")
 
 
 def wrong_length(declared: Declaration, heard: Incoming) -> Cause | None:
@@ -44,7 +66,7 @@ def wrong_length(declared: Declaration, heard: Incoming) -> Cause | None:
         return Cause("packets", "without a flag") if subject_of(declared, heard) else None
     if heard.kind != "bad_length":
         return None
-    entry = declared.registry.messages.get(subject_of(declared, heard), {"layouts": ()})
+    entry = entry_of(declared, heard.raw) or {"layouts": ()}
     fields = {field["name"]: None for layout in entry["layouts"] for field in layout["fields"]}
     length = len(heard.raw) - HEADER_SIZE
     return Cause(f"packets of {', '.join(fields)}", f"{length} bytes") if fields else None

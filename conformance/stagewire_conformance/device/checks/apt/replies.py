@@ -289,6 +289,15 @@ def judge_fault(trial: Trial, heard: Incoming, fault: Fault) -> None:
     )
 
 
+def need_positions(trial: Trial, place: Target) -> None:
+    """End the check if a reported defect hides the positions of a target: nobody could see that it rests."""
+    query = place.unit.status_query
+    if place.reports_position and query is not None and query.req is not None:
+        exchange = trial.declared.registry.messages[query.req.layout.message]["exchange"]
+        hidden = (Cause(name, DELIVERY) for name in exchange["answered_by"])
+        trial.depends_on(silence(place.name), *hidden)
+
+
 def wrong_addresses(trial: Trial) -> list[Cause]:
     """Return the reported defects with which it is unknown who sent a message, if there are several bays."""
     if sum(place.bay is not None for place in trial.declared.places) < 2:

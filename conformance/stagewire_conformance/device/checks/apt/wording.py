@@ -9,6 +9,7 @@ from stagewire.errors import CodecError, TrailingBytesError
 from stagewire.framing import Garbage
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedProtocol
 from stagewire_conformance.device.lines.dialogue import Incoming
+from stagewire_conformance.device.lines.strays import entry_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -63,9 +64,9 @@ def _said(declared: Declaration, heard: Incoming) -> str:
 
 
 def _of_id(declared: Declaration, raw: bytes) -> tuple[str, str]:
-    """Return the name of the message with the id of these bytes, and the lengths that its packet can have."""
-    id = int.from_bytes(raw[:2], "little")
-    entry = next(each for each in declared.registry.messages.values() if each["id"] == id)
+    """Return the name of the message that bytes begin like, and the lengths that its packet can have."""
+    entry = entry_of(declared, raw)
+    assert entry is not None  # the framer knows the id
     lengths = sorted({layout["length"] for layout in entry["layouts"] if layout["length"]})
     return entry["name"], " or ".join(map(str, lengths))
 

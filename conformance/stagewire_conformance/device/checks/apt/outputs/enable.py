@@ -32,7 +32,7 @@ from stagewire_conformance.device.checks.apt.motion.axis import Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import lacks_range, motors, unseen
 from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_volts, output_check
 from stagewire_conformance.device.checks.apt.outputs.piezo import Piezo, bits_are_known
-from stagewire_conformance.device.checks.apt.replies import judge_unasked
+from stagewire_conformance.device.checks.apt.replies import judge_unasked, need_positions
 from stagewire_conformance.device.checks.apt.settings.care import CARE, When
 from stagewire_conformance.device.checks.apt.settings.readback import write_and_read
 from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, PlacedSet, placed_sets
@@ -95,6 +95,7 @@ ENABLE = Kind(
     skip=_skip,
 )
 def _enable(trial: Trial, place: Target, channel: int) -> None:
+    need_positions(trial, place)
     _see_to_it(trial, place, channel)
     before = enable_state(trial, place, channel)
     other = EnableState.DISABLE if before == EnableState.ENABLE else EnableState.ENABLE

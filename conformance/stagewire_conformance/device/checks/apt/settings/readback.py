@@ -15,7 +15,7 @@ from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt import later_rules
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_field, rule_of_set
-from stagewire_conformance.device.checks.apt.replies import judge_message
+from stagewire_conformance.device.checks.apt.replies import judge_message, need_positions
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, How, When
 from stagewire_conformance.device.checks.apt.settings.sets import (
     Neighbours,
@@ -167,6 +167,8 @@ def _run(trial: Trial, placed: PlacedSet, care: Care) -> None:
             rule=rule_of_field(placed.set.get, name),
             cause=Cause(placed.set.get, name),
         )
+    if placed.set.effect == "motion":
+        need_positions(trial, placed.place)
     neighbours = Neighbours.of(trial, placed)
     placed.undo(trial, before)
     _write_same(trial, placed, care, before)

@@ -299,12 +299,16 @@ class Neighbours:
 
     @classmethod
     def of(cls, trial: Trial, placed: PlacedSet) -> Self:
-        """Read the other sets. Sets without a reply are left to the checks of answers."""
+        """Read the other sets. Sets without a reply are left to the checks of answers.
+
+        A set whose GET has a reported defect is not read: its bytes would count against this check.
+        """
         before = []
         channel = placed.channel or next(iter(placed.place.channels), None)
         for one in parameter_sets(trial.declared, placed.place):
             is_still = one.effect in ("settings", "tuning") and not one.name.endswith("COUNTER")
-            if is_still and one.name != placed.set.name and not one.skip:
+            is_spoilt = trial.causes.check_of(Cause(one.get, DELIVERY))
+            if is_still and one.name != placed.set.name and not one.skip and not is_spoilt:
                 other = PlacedSet(placed.place, channel if one.has_channel else None, one)
                 values = _present(trial, other)
                 if values is not None:
