@@ -29,6 +29,7 @@ from stagewire_conformance.device.permissions import RangeError
 from stagewire_conformance.device.pics import BayPics, Certificate, ChannelPics, Pics, Timing
 from stagewire_conformance.device.pics_values import (
     as_it_is,
+    channel_in,
     factor,
     line,
     milliseconds,
@@ -134,8 +135,7 @@ class ChannelsReader:
         if self._is_of_commands:
             table.take("number", partial(refuse, "this unit has axes, not channels"), None)
             return 1
-        count = 1 if unit is None else unit.channels
-        return table.take("number", partial(within, 1, count), None if "number" in table else 1)
+        return table.take("number", partial(channel_in, unit), None if "number" in table else 1)
 
     def _unit_in(self, bay: int | None) -> Unit | None:
         """Return the unit that a channel belongs to; None if unknown."""

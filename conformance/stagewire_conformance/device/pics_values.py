@@ -9,6 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Final
 
+from stagewire.devices import Unit
 from stagewire.errors import BadValueError, StagewireError
 from stagewire.quantities import exact
 from stagewire_conformance.device.permissions import Range
@@ -74,6 +75,21 @@ def within(first: int, last: int, value: Any) -> int:
         there = f"{first} to {last}" if last > first else f"{first}"
         raise _WrongError(f"{number} does not exist; expected {there}")
     return number
+
+
+def channel_in(unit: Unit | None, value: Any) -> int:
+    """Return the number of a channel of a unit; messages of some units have another number for it."""
+    number = integer(value)
+    if unit is None:
+        return within(1, 1, number)
+    if 1 <= number <= unit.channels:
+        return number
+    idents = unit.channel_idents
+    there = "only channel 1" if unit.channels == 1 else f"channels 1 to {unit.channels}"
+    what = f"{number} does not exist; {unit.name} has {there}"
+    if number in idents:
+        what += f"; in messages, channel {idents.index(number) + 1} has the number {number}"
+    raise _WrongError(what)
 
 
 def refuse(why: str, value: Any) -> None:

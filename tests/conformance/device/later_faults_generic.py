@@ -8,6 +8,7 @@ from faulty_apt_link import IDS, Change, LinkFault, of
 from later_faults import F, byte, cut, dropped, flip, reversed_bytes, says, takes, twice
 
 _LASER, _TEC, _QUAD = (IDS[f"{group}_GET_STATUSBITS"] for group in ("LA", "TEC", "QUAD"))
+_PZMOT = IDS["PZMOT_GET_LIMSWITCHPARAMS"]
 
 
 def sub(id: int, number: int, change: Change) -> Callable[[], LinkFault]:
@@ -49,6 +50,13 @@ GENERIC = (
         sub(_LASER, 7, byte(6, 9)),
         _A,
         "laser-sub-message-returned",
+    ),
+    F(
+        "A KIM101 answers for its limit switches with another sub-message",
+        "KIM101",
+        sub(_PZMOT, 11, byte(6, 7)),
+        _A,
+        "pzmot-reply-sub-message",
     ),
     F(
         "A TTC001 answers for its status bits with another sub-message",

@@ -268,6 +268,31 @@ def test_a_problem_is_reported_with_its_key(mistake: dict[str, str]) -> None:
     assert len(found) <= 2  # the problem, and at most one that follows from it
 
 
+@pytest.mark.parametrize(
+    ("unit", "number", "said"),
+    [
+        (
+            "MPC320",
+            4,
+            "4 does not exist; MPC320 has channels 1 to 3; in messages, channel 3 has the number 4",
+        ),
+        (
+            "KIM101",
+            8,
+            "8 does not exist; KIM101 has channels 1 to 4; in messages, channel 4 has the number 8",
+        ),
+        ("KIM101", 5, "5 does not exist; KIM101 has channels 1 to 4"),
+        ("KIM101", 0, "0 does not exist; KIM101 has channels 1 to 4"),
+    ],
+)
+def test_a_wrong_channel_is_reported_with_the_channels_that_the_unit_has(
+    unit: str, number: int, said: str
+) -> None:
+    text = CUBE.replace("TDC001", unit).replace("number = 1", f"number = {number}", 1)
+    [problem] = [each for each in problems(text) if "key number" in each]
+    assert problem == f"my.toml, channel 1, key number: {said}"
+
+
 def test_all_problems_are_reported_together() -> None:
     text = CUBE
     for old, new in (("POTPARAMS", "POTS"), ('"Z8"', '"Z9"'), ("p99_ms = 50", "p99_ms = -1")):

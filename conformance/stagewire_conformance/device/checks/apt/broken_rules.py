@@ -295,9 +295,13 @@ def rule_of_end(told: str, wanted: str) -> str:
     return _ENDS.get(command_in(told), "move-completed")
 
 
-def rule_of_field(message: str, field: str) -> str:
-    """Return the rule about the values of a field; that about the sizes of fields if there is no other."""
-    found = _FIELDS.get(f"{message}.{field}") or _FIELDS.get(field) or _MESSAGES.get(message)
+def rule_of_field(message: str, field: str, unit: str = "") -> str:
+    """Return the rule about the values of a field; that about the sizes of fields if there is no other.
+
+    :param unit: the unit that sent the message, which may have a rule of its own.
+    """
+    keys = (f"{unit}.{field}", f"{message}.{field}", field)
+    found = next((_FIELDS[key] for key in keys if key in _FIELDS), _MESSAGES.get(message))
     return found or SIZES
 
 

@@ -56,6 +56,8 @@ FIELDS: Final[Mapping[str, str]] = {
     "KSG_GET_KCUBETRIGIOCONFIG.upper_lim": "ksg-trigger-limits",
     "circ_dia_mode": "nanotrak-diameter-modes",
     "PZ_GET_NTFEEDBACKSRC.feedback_src": "nanotrak-input-values",
+    "KNA101.lv_out_range": "kna101-output-fixed",
+    "KNA101.lv_out_route": "kna101-output-fixed",
     "QUAD_GET_DISPLAYSETTINGS.disp_intensity": "quad-display-intensity",
     "TEC_GET_DISPSETTINGS.disp_intensity": "tec-display-intensity",
     "trig1_sum_min": "quad-trigger-percent",
@@ -82,7 +84,7 @@ FIELDS: Final[Mapping[str, str]] = {
     "jog_step2": "pol-step-range",
     "jog_step3": "pol-step-range",
 }
-"""Field, or message and field -> the rule about its values."""
+"""Field, or message or unit and field -> the rule about its values."""
 
 MESSAGES: Final[Mapping[str, str]] = {
     "MOT_GET_KCUBEKSTLOOPPARAMS": "stepper-loop-ranges",
@@ -124,6 +126,7 @@ SETS: Final[Mapping[str, str]] = {
 """SET message -> the rule that it sets its parameters."""
 
 SUB_MESSAGES: Final[Mapping[str, str]] = {
+    "inertial": "pzmot-reply-sub-message",
     "laser": "laser-sub-message-returned",
     "quad": "quad-reply-sub-message",
     "tec": "tec-reply-sub-message",

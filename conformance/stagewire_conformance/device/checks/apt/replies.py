@@ -283,14 +283,16 @@ def judge_fault(trial: Trial, heard: Incoming, fault: Fault) -> None:
     (trial.must if fault.grave else trial.should)(
         False,
         f"{heard.name}: {fault.text}",
-        rule=UNUSED if is_unused else rule_of_field(heard.name, fault.field),
+        rule=UNUSED
+        if is_unused
+        else rule_of_field(heard.name, fault.field, trial.declared.unit.name),
         cause=Cause(heard.name, fault.field),
         came=heard.raw,
     )
 
 
 def need_positions(trial: Trial, place: Target) -> None:
-    """End the check if a reported defect hides the positions of a target: nobody could see that it rests."""
+    """End the check if a reported defect hides the positions of a target, which show whether it rests."""
     query = place.unit.status_query
     if place.reports_position and query is not None and query.req is not None:
         exchange = trial.declared.registry.messages[query.req.layout.message]["exchange"]

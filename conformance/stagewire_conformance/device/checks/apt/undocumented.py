@@ -79,6 +79,7 @@ def is_readable(text: str) -> bool:
 def _faults(name: str, field: Json, value: Any) -> Iterator[Fault]:
     table, flags = field.get("enum"), field.get("flags")
     is_open = field.get("open", False)
+    low, high = field["minimum"], field["maximum"]
     if name in _ALWAYS_ZERO:
         if value:
             yield Fault(name, f"{name} is {value}; it is always zero at present")
@@ -88,17 +89,18 @@ def _faults(name: str, field: Json, value: Any) -> Iterator[Fault]:
                 name, f"{name} is {value:#x}; the document does not define the bits {more:#x}"
             )
     elif table and not is_open:
+        table = {key: each for key, each in table.items() if low <= each <= high}
         modifiers = {table[each] for each in field.get("modifiers", ())}
         if value & ~sum(modifiers) not in set(table.values()) - modifiers:
             known = ", ".join(
                 f"{each} ({key})" for key, each in sorted(table.items(), key=lambda item: item[1])
             )
             yield Fault(name, f"{name} is {value}; the document defines {known}")
-    elif not field["minimum"] <= value <= field["maximum"]:
-        came, low, high = (
+    elif not low <= value <= high:
+        came, least, most = (
             f"{number_of(each, field['size']):g}" if field.get("real") else str(each)
-            for each in (value, field["minimum"], field["maximum"])
+            for each in (value, low, high)
         )
         yield Fault(
-            name, f"{name} is {came}; the document allows {low} to {high}", grave=bool(value)
+            name, f"{name} is {came}; the document allows {least} to {most}", grave=bool(value)
         )
