@@ -6,6 +6,7 @@ All names of units are known here: ``lint/names.py`` reports those that are not.
 from __future__ import annotations
 
 from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.lint.units import UnitRules
 from stagewire_generator.model import Json, Message, Protocol
 from stagewire_generator.model_scales import Conflict, Factor
 from stagewire_generator.strict_yaml import Document
@@ -31,20 +32,8 @@ def _is_reply(protocol: Protocol, message: Message) -> bool:
     return any(message.name in one.exchange.get("answered_by", ()) for one in protocol.messages)
 
 
-class _Rules:
+class _Rules(UnitRules):
     """The rules, each a method."""
-
-    def __init__(self, protocol: Protocol, document: Document, diagnostics: Diagnostics) -> None:
-        self.protocol = protocol
-        self.document = document
-        self.diagnostics = diagnostics
-        self.units: Json = protocol.units["units"]
-        self.of_name = {message.name: message for message in protocol.messages}
-
-    def _refuse(self, code: str, path: tuple[str | int, ...], what: str, hint: str = "") -> None:
-        """Report an error at a position in the file of the units."""
-        where = ".".join(str(part) for part in path if isinstance(part, str))
-        self.diagnostics.add(self.document.place(*path), code, f"{where}: {what}", hint)
 
     def stages(self) -> None:
         """Check that a unit lists the stages with scales on it, and no others.
@@ -69,13 +58,13 @@ class _Rules:
                         f"remove it, or add {name} to a group under `controllers` in stages.yaml "
                         f"on which {listed} has scales"
                     )
-                    self._refuse("SW084", (*path, index), what, hint)
+                    self.refuse("SW084", (*path, index), what, hint)
             if "built_in" in unit and unit["built_in"] not in unit["stages"]:
                 what = f"{unit['built_in']} is not one of its stages"
-                self._refuse("SW084", ("units", name, "built_in"), what, "add it to `stages`")
+                self.refuse("SW084", ("units", name, "built_in"), what, "add it to `stages`")
             if "fewer_stages" in unit and not missing:
                 what = "the unit has all stages with scales on it"
-                self._refuse("SW084", ("units", name, "fewer_stages"), what, "remove it")
+                self.refuse("SW084", ("units", name, "fewer_stages"), what, "remove it")
                 continue
             for stage_name, group_name in () if "fewer_stages" in unit else missing.items():
                 what = f"{stage_name} is not listed, but has scales on {name} in stages.yaml"
@@ -83,7 +72,7 @@ class _Rules:
                     f"add it, remove {name} from the group {group_name}, or give the reason in "
                     "`fewer_stages`"
                 )
-                self._refuse("SW084", path, what, hint)
+                self.refuse("SW084", path, what, hint)
 
     def defaults(self) -> None:
         """Check that the default parameters of stages are fields and values of messages that set them."""
@@ -120,12 +109,10 @@ class _Rules:
             path = ("families", family, "reports_stage")
             message = name.partition(".")[0]
             if not self._has_field(name):
-                self._refuse("SW021", path, f"no message has the field {name}")
+                self.refuse("SW021", path, f"no message has the field {name}")
             elif not _is_reply(self.protocol, self.of_name[message]):
                 what = f"{message} is not the reply to a request"
-                self._refuse(
-                    "SW084", path, what, "name a field of a message that answers a request"
-                )
+                self.refuse("SW084", path, what, "name a field of a message that answers a request")
         for key, unit in self.units.items():
             name = reports.get(unit["family"], "")
             if not name:
@@ -134,7 +121,7 @@ class _Rules:
                 unit
             ):
                 what = f"its family reports the stage in {name}, which is not among its messages"
-                self._refuse("SW084", ("units", key), what)
+                self.refuse("SW084", ("units", key), what)
             seen: dict[int, str] = {}
             for stage in self.protocol.stages:
                 if name in stage.ids and stage.name in unit["stages"]:
@@ -142,7 +129,7 @@ class _Rules:
                     if other != stage.name:
                         what = f"{stage.name} and {other} have the same id in {name}"
                         hint = "correct one of them, or leave out both"
-                        self._refuse("SW084", ("units", key, "stages"), what, hint)
+                        self.refuse("SW084", ("units", key, "stages"), what, hint)
 
     def _has_field(self, name: str) -> bool:
         """Return whether a message has a field, both named as in ``HW_GET_INFO.stage_id``."""

@@ -53,16 +53,28 @@ def _replies(message: Message, sets: Mapping[str, Mapping[str, str]]) -> list[st
     return replies
 
 
-class _Rules:
-    """The rules, each a method."""
+class UnitRules:
+    """Rules about the file of the units, each a method of a subclass."""
 
     def __init__(self, protocol: Protocol, document: Document, diagnostics: Diagnostics) -> None:
         self.protocol = protocol
         self.document = document
         self.diagnostics = diagnostics
         self.units: Json = protocol.units["units"]
-        self.families: Json = protocol.units["families"]
         self.of_name = {message.name: message for message in protocol.messages}
+
+    def refuse(self, code: str, path: tuple[str | int, ...], what: str, hint: str = "") -> None:
+        """Report an error at a position in the file of the units."""
+        where = ".".join(str(part) for part in path if isinstance(part, str))
+        self.diagnostics.add(self.document.place(*path), code, f"{where}: {what}", hint)
+
+
+class _Rules(UnitRules):
+    """The rules, each a method."""
+
+    def __init__(self, protocol: Protocol, document: Document, diagnostics: Diagnostics) -> None:
+        super().__init__(protocol, document, diagnostics)
+        self.families: Json = protocol.units["families"]
         members = {group.name: group.members for group in protocol.sets}
         self.replies = {m.name: _replies(m, members) for m in protocol.messages}
         self.requests: dict[str, list[str]] = {}  # message -> the messages that it answers
@@ -73,11 +85,6 @@ class _Rules:
             ends = (message.exchange.get(key, ()) for key in _CAUSED)
             for name in {*self.replies[message.name], *(name for names in ends for name in names)}:
                 self.causes.setdefault(name, set()).add(message.name)
-
-    def refuse(self, code: str, path: tuple[str | int, ...], what: str, hint: str = "") -> None:
-        """Report an error at a position in the file of the units."""
-        where = ".".join(str(part) for part in path if isinstance(part, str))
-        self.diagnostics.add(self.document.place(*path), code, f"{where}: {what}", hint)
 
     def lists(self) -> None:
         """Check that each list of a unit adds messages, and that a family is like one of its own units."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from stagewire_generator.model import Layout
 from stagewire_generator.model_fields import Field, Format
-from stagewire_generator.targets.c.source import Names, call, comment, field_doc, integer
+from stagewire_generator.targets.c.source import Names, bits_of, call, comment, field_doc, integer
 
 
 class FieldView(NamedTuple):
@@ -58,7 +58,7 @@ def field_view(names: Names, field: Field, offset: int, read_from: str = "frame"
             put=f"{names.prefix}_put_bytes",
             value=f"{size}U, {value}",
         )
-    unsigned, held = f"uint{_bits(field)}_t", _type(field)
+    unsigned, held = f"uint{bits_of(field)}_t", _type(field)
     taken = f"{read_from}[{offset}]" if size == 1 else f"{names.prefix}_get_{8 * size}({source})"
     if field.format.signed and field.format.is_odd:
         taken = f"{names.prefix}_signed_{8 * size}({taken})"
@@ -167,13 +167,8 @@ def initialiser(names: Names, fields: Sequence[FieldView]) -> str:
     return f"{names.macro_prefix}_BRACED({', '.join(field.initial for field in fields)})"
 
 
-def _bits(field: Field) -> int:
-    """Return the width of the type of an integer in bits: a power of two."""
-    return max(8, 1 << (8 * field.format.size - 1).bit_length())
-
-
 def _type(field: Field) -> str:
-    return f"{'' if field.format.signed else 'u'}int{_bits(field)}_t"
+    return f"{'' if field.format.signed else 'u'}int{bits_of(field)}_t"
 
 
 def _cast(wanted: str, given: str, expression: str) -> str:
@@ -186,7 +181,7 @@ def _initial(field: Field) -> str:
 
 
 def _refused(field: Field, value: str) -> tuple[str, ...]:
-    bits, signed = _bits(field), field.format.signed
+    bits, signed = bits_of(field), field.format.signed
     least = -(1 << (bits - 1)) if signed else 0
     greatest = (1 << (bits - signed)) - 1
     refused = []

@@ -8,13 +8,14 @@ from typing import NamedTuple
 
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.model_evidence import spelled
-from stagewire_generator.model_fields import Enumeration, Field, FlagTable
+from stagewire_generator.model_fields import Enumeration, FlagTable
 from stagewire_generator.model_scales import (
     Factor,
 )
 from stagewire_generator.scales import ScaleEntry, scales_of
 from stagewire_generator.targets.c.source import (
     Names,
+    bits_of,
     comment,
     comment_lines,
     definition,
@@ -193,12 +194,8 @@ def _types(protocol: Protocol) -> tuple[TypeView, ...]:
     """Return the types of the fields with a quantity, up to 32 bits; conversion itself uses 64 bits."""
     fields = (f for m in protocol.messages for layout in m.layouts for f in layout.all_fields)
     counted = (f for f in fields if f.quantity and f.format.kind == "integer")
-    found = {(_bits(f), f.format.signed) for f in counted if f.format.size <= 4}
+    found = {(bits_of(f), f.format.signed) for f in counted if f.format.size <= 4}
     return tuple(_type(bits, signed) for bits, signed in sorted(found))
-
-
-def _bits(field: Field) -> int:
-    return {1: 8, 2: 16}.get(field.format.size, 32)
 
 
 def _type(bits: int, signed: bool) -> TypeView:

@@ -124,6 +124,11 @@ def octets(raw: bytes) -> str:
     return f'"{raw.decode("latin-1").translate(_ESCAPED)}"'
 
 
+def bits_of(field: Field) -> int:
+    """Return the width of the type of an integer in bits: a power of two."""
+    return max(8, 1 << (8 * field.format.size - 1).bit_length())
+
+
 def integer(value: int, size: int, signed: bool) -> str:
     """Return a literal of the type for integers of this size in bytes."""
     if not signed:

@@ -13,7 +13,7 @@ from stagewire_generator.model_scales import (
     Factor,
     Quantity,
 )
-from stagewire_generator.targets.c.source import WIDTH, Names, integer, octets
+from stagewire_generator.targets.c.source import WIDTH, Names, bits_of, integer, octets
 from stagewire_generator.targets.vectors.values import default, is_optional
 
 _LONGEST_STRING = 4095  # length of a literal that every compiler accepts
@@ -34,7 +34,7 @@ class CannotSayError(Exception):
 
 def can_hold(field: Field, value: int) -> bool:
     """Whether an integer fits the type of the struct member."""
-    bits, signed = _bits(field), field.format.signed
+    bits, signed = bits_of(field), field.format.signed
     return -(1 << bits - 1) * signed <= value < 1 << bits - signed
 
 
@@ -111,7 +111,7 @@ def literal(field: Field, value: int) -> str:
     """Return the literal of an integer that fits the type of the member."""
     if value in _SMALL:
         return str(value)
-    return integer(value, _bits(field) // 8, field.format.signed)
+    return integer(value, bits_of(field) // 8, field.format.signed)
 
 
 def _initial(field: Field, value: object) -> str:
@@ -196,11 +196,6 @@ def filled(head: str, items: Sequence[Item], tail: str, indent: int) -> str:
         full = not isinstance(item, str)
     lines[-1] = lines[-1].removesuffix(",") + tail
     return "\n".join(lines)[indent:]
-
-
-def _bits(field: Field) -> int:
-    """Return the width of the type of an integer in bits: a power of two."""
-    return max(8, 1 << (8 * field.format.size - 1).bit_length())
 
 
 _LEAST, _GREATEST = -(1 << 63), (1 << 63) - 1

@@ -7,15 +7,18 @@ unit, which the check narrows and restores, as it does the mode and the outputs.
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Any, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.quantities import QUAD_VOLTS
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_volts, output_check
+from stagewire_conformance.device.checks.apt.outputs.output_check import (
+    Output,
+    lacks_volts,
+    output_check,
+)
 from stagewire_conformance.device.permissions import COUNTS
-from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -67,13 +70,11 @@ LOOP = Kind(
 )
 
 
-class _Aligner:
+class _Aligner(Output):
     """A position aligner during a check, which restores its outputs at the end."""
 
     def __init__(self, trial: Trial, place: Target, channel: int) -> None:
-        self.trial = trial
-        self.place = place
-        self.text = f"{place.name} channel {channel}"
+        super().__init__(trial, place, channel)
         motion = trial.allowed.motion
         assert motion is not None  # required for every output
         low, high = motion.in_counts(None if motion.unit == COUNTS else QUAD_VOLTS)
@@ -89,22 +90,12 @@ class _Aligner:
         trial.undo(f"outputs of {self.text}", partial(self._put_back, mode), moves=True)
         self._narrow()
 
-    def send(self, message: Any) -> None:
-        self.trial.line.send(message, self.place.address)
-
-    def ask(self, request: Any) -> Any:
-        return self.trial.reply(request, self.place.address).message
-
     def status(self) -> Any:
         return self.ask(m.QuadReqStatusUpdate())
 
     def inside(self, status: Any, margin: int = 0) -> bool:
         low, high = self.span
         return all(low - margin <= at <= high + margin for at in (status.x_pos, status.y_pos))
-
-    def give_up(self, why: str) -> NoReturn:
-        self.trial.inconclusive(why)
-        raise EnoughError
 
     def demand(self, **changes: int) -> None:
         """Change position demand parameters within the allowed range."""

@@ -3,18 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.permissions import COUNTS, HAZARDS, Need
+from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
+    from stagewire.protocols import FramedMessage
     from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.targets import Target
+    from stagewire_conformance.device.trial import Trial
 
 
 _Look = TypeVar("_Look", bound=Callable[..., None])
+
+
+class Output:
+    """A channel with an output, during a check.
+
+    :param trial: the trial of the check.
+    :param place: the target that has the channel.
+    :param channel: the number of the channel.
+    """
+
+    def __init__(self, trial: Trial, place: Target, channel: int) -> None:
+        self.trial = trial
+        self.place = place
+        self.channel = channel
+        self.text = f"{place.name} channel {channel}"
+
+    def send(self, message: FramedMessage) -> None:
+        """Send a message to the target."""
+        self.trial.line.send(message, self.place.address)
+
+    def ask(self, request: FramedMessage) -> Any:
+        """Send a request, and return the reply; the check ends without one."""
+        return self.trial.reply(request, self.place.address).message
+
+    def give_up(self, why: str) -> NoReturn:
+        """End the check without a verdict."""
+        self.trial.inconclusive(why)
+        raise EnoughError
 
 
 _BOUND: Final = "each output changes at once, within {range}"

@@ -17,12 +17,12 @@ from stagewire_apt.enumerations import EnableState, PositionControlMode
 from stagewire_apt.flags import BpcStatusBits
 from stagewire_conformance.device.causes import DELIVERY, Cause
 from stagewire_conformance.device.checks.apt.enable_state import switch
+from stagewire_conformance.device.checks.apt.outputs.output_check import Output
 from stagewire_conformance.device.checks.apt.streams import stream_of
 from stagewire_conformance.device.permissions import COUNTS, RangeError
 from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
-    from stagewire import FramedMessage
     from stagewire.devices import Scales
     from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.targets import Target
@@ -83,19 +83,11 @@ class PiezoStatus:
     heard: Incoming
 
 
-class Piezo:
-    """A channel of a piezo controller.
-
-    :param trial: the trial of the check.
-    :param place: the target that has the channel.
-    :param channel: the number of the channel.
-    """
+class Piezo(Output):
+    """A channel of a piezo controller."""
 
     def __init__(self, trial: Trial, place: Target, channel: int) -> None:
-        self.trial = trial
-        self.place = place
-        self.channel = channel
-        self.text = f"{place.name} channel {channel}"
+        super().__init__(trial, place, channel)
         stream = stream_of(trial.declared, place)
         assert stream is not None  # every piezo controller has status messages
         self._stream = stream
@@ -106,14 +98,6 @@ class Piezo:
         switch(self.trial, self.place, self.channel, EnableState.ENABLE)
 
     # Messages
-
-    def send(self, message: FramedMessage) -> None:
-        """Send a message to the target."""
-        self.trial.line.send(message, self.place.address)
-
-    def ask(self, request: FramedMessage) -> Any:
-        """Send a request, and return the reply; the check ends without one."""
-        return self.trial.reply(request, self.place.address).message
 
     @property
     def mode(self) -> int:

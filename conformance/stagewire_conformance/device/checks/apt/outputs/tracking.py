@@ -9,14 +9,17 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.devices import number_of
 from stagewire_apt import messages as m
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_unit, output_check
-from stagewire_conformance.device.trial import EnoughError
+from stagewire_conformance.device.checks.apt.outputs.output_check import (
+    Output,
+    lacks_unit,
+    output_check,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -88,26 +91,15 @@ def lacks_counts(declared: Declaration, allowed: Permissions, place: Target) -> 
     return lacks_unit(allowed, ("counts",), "counts of a NanoTrak, 0 to 65535")
 
 
-class NanoTrak:
+class NanoTrak(Output):
     """A NanoTrak during a check."""
 
     def __init__(self, trial: Trial, place: Target, channel: int) -> None:
-        self.trial = trial
-        self.place = place
-        self.channel = channel
-        self.text = f"{place.name} channel {channel}"
+        super().__init__(trial, place, channel)
         motion = trial.allowed.motion
         assert motion is not None  # required for every output
         low, high = motion.in_counts(None)
         self.span = max(low, 0), min(high, _FULL)
-
-    def send(self, message: Any) -> None:
-        """Send a message."""
-        self.trial.line.send(message, self.place.address)
-
-    def ask(self, request: Any) -> Any:
-        """Send a request, and return the message that answers it."""
-        return self.trial.reply(request, self.place.address).message
 
     def tracks(self) -> bool:
         """Return whether the unit tracks."""
@@ -116,11 +108,6 @@ class NanoTrak:
     def status(self) -> Any:
         """Return the status."""
         return self.ask(m.PzReqNtStatusUpdate(self.channel))
-
-    def give_up(self, why: str) -> NoReturn:
-        """End the check without a verdict."""
-        self.trial.inconclusive(why)
-        raise EnoughError
 
     def inside(self, status: Any) -> bool:
         """Return whether the circle is within the allowed range."""
