@@ -14,6 +14,7 @@ from apt_runs import (
     OUTPUTS,
     SETTINGS,
     UNITS,
+    Bench,
     bench,
     complaints,
     faulty_link,
@@ -25,7 +26,7 @@ from faulty_apt_link import LinkFault, byte, of
 from allowances import ALL_HAZARDS
 from parts import chosen, every_nth
 from stagewire_apt import messages as m
-from stagewire_apt.enumerations import EnableState
+from stagewire_apt.enumerations import EnableState, PositionControlMode
 from stagewire_conformance.device.declaration import declare
 from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.plans import plan
@@ -141,6 +142,37 @@ def test_a_paddle_that_enables_another_is_found() -> None:
     found = complaints(run_on(on, ("enable",), link=faulty_link(on, LinkFault(to_controller=both))))
     assert list(found) == ["enable/0x50/1"]
     assert "channel 2 then returned 1 instead of 2" in found["enable/0x50/1"]
+
+
+ACTUATOR = ("actuator-move", "actuator-stop", "actuator-jog", "actuator-disabled")
+
+
+def closed_loop() -> Bench:
+    """Return a PDXC2 in closed loop, whose moves have targets in nm."""
+    on = bench("PDXC2")
+    on.link.write(m.PzSetPosControlMode(1, PositionControlMode.CLOSED_LOOP).pack(0x50, 0x01))
+    return on
+
+
+def test_an_inertial_drive_passes_in_closed_loop() -> None:
+    on = closed_loop()
+    report = run_on(on, ACTUATOR)
+    assert {outcome.kind.name: outcome.result for outcome in report.outcomes} == dict.fromkeys(
+        ACTUATOR, Result.PASS
+    )
+    assert on.behaviour().closed
+
+
+def test_a_closed_loop_that_stops_halfway_is_found() -> None:
+    def halved(raw: bytes) -> bytes:
+        target = int.from_bytes(raw[10:14], "little", signed=True) // 2
+        return raw[:10] + target.to_bytes(4, "little", signed=True)
+
+    fault = LinkFault(to_controller=of("PZMOT_SET_CLOSEMOVEPARAMS", halved))
+    on = closed_loop()
+    found = complaints(run_on(on, ACTUATOR, link=faulty_link(on, fault)))
+    assert "actuator-move/0x50/1" in found
+    assert "it should be at" in found["actuator-move/0x50/1"]
 
 
 @pytest.mark.parametrize("unit", ["BPC301", "TPZ001"])

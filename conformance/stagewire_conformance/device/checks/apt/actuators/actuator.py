@@ -22,6 +22,7 @@ from stagewire_conformance.device.checks.apt.actuators.families import (
     move_to,
     rate_of,
     sets_of,
+    span_of,
     stop_of,
 )
 from stagewire_conformance.device.checks.apt.actuators.readiness import get_ready
@@ -83,9 +84,7 @@ class Actuator:
         assert trial.allowed.motion is not None  # required for every motion
         self.family: Family = family
         low, high = trial.declared.reach(place, channel, trial.allowed.motion)
-        if family.longest is not None:
-            low, high = max(low, 0), min(high, family.longest)
-        self.low, self.high = low, high
+        self.low, self.high = span_of(trial, place, channel, family, low, high)
         self.start = self._at_rest_inside()
         self.rate = rate_of(trial, place, channel, family)
 

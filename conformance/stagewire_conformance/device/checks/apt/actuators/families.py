@@ -168,6 +168,18 @@ def is_closed(trial: Trial, place: Target, channel: int) -> bool:
     return mode in _CLOSED
 
 
+def span_of(
+    trial: Trial, place: Target, channel: int, family: Family, low: int, high: int
+) -> tuple[int, int]:
+    """Return the part of a range of positions to which a move can be commanded."""
+    first, last = (low, high) if family.longest is None else (0, family.longest)
+    if family is PDXC2 and is_closed(trial, place, channel):
+        [placed] = sets_of(trial.declared, place, channel, "PZMOT_CLOSEMOVEPARAMS")
+        position = placed.set.fields["position"]
+        first, last = position["minimum"], position["maximum"]
+    return max(low, first), min(high, last)
+
+
 def rate_of(trial: Trial, place: Target, channel: int, family: Family) -> float:
     """Return the velocity of a move in counts/s."""
     values: dict[str, Any] = {}
