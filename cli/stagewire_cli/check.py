@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import gc
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -111,6 +112,7 @@ def check(
         )
     if out is not None:
         check_output(out, None)
+    gc.disable()  # as in `generate`: nearly all objects live until the end
     [found] = find([spec])
     try:
         loaded = load([found], overlay or [], base=base)

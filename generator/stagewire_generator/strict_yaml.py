@@ -37,6 +37,7 @@ _AMBIGUOUS = re.compile(  # anything not matched above; linear time for every te
 )
 # First characters of the forms and words above and of ambiguous texts; most texts begin otherwise.
 _MAY_BE_NO_TEXT = frozenset("0123456789+-.~=<yYnNoOtTfF")
+_LONGEST_WORD = len("false")  # of those in YAML 1.1 that are not text
 _LONGEST_NUMBER = 40  # characters
 _DEEPEST = 64  # brackets and indentations around a value
 _HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})  # Cf: direction marks, joiners, byte order mark
@@ -58,17 +59,21 @@ class Document:
 
     def place(self, *path: str | int) -> Place:
         """Return the position of ``path``, or of its nearest known parent."""
-        for end in range(len(path), 0, -1):
-            found = self.places.get(path[:end])
-            if found:
-                return _place(*found)
-        return Place(self.name)
+        mark = self._mark(path)
+        return _place(*mark) if mark else Place(self.name)
 
     def overlay_of(self, *path: str | int) -> str:
         """Return the overlay that ``path`` is from, or an empty text."""
-        return (
-            self.sources.get(self.place(*path).file, self.overlay) if self.sources else self.overlay
-        )
+        if not self.sources:
+            return self.overlay
+        mark = self._mark(path)
+        return self.sources.get(mark[0] if mark else self.name, self.overlay)
+
+    def _mark(self, path: KeyPath) -> _Mark | None:
+        """Return the mark of ``path``, or of its nearest known parent."""
+        while path and path not in self.places:
+            path = path[:-1]
+        return self.places.get(path)
 
 
 def _place(name: str, mark: Any) -> Place:
@@ -263,6 +268,9 @@ class _Reader:
                 self.at(event), "SW005", "a key must be a name, not a list or mapping"
             )
             return None
+        text: str = event.value
+        if not event.style and text and text[0] not in _MAY_BE_NO_TEXT and text not in before:
+            return text  # nearly all of them
         if not event.style and event.value == "<<":
             self.diagnostics.add(self.at(event), "SW003", "merge key <<")
             return None
@@ -292,7 +300,9 @@ class _Reader:
             return text
         if text in _WORDS:
             return _WORDS[text]
-        hexadecimal = _HEX.match(text)
+        if text[0].isalpha() and len(text) > _LONGEST_WORD:
+            return text
+        hexadecimal = text.startswith("0x") and _HEX.match(text)
         if hexadecimal or _DECIMAL.match(text):
             if len(text) > _LONGEST_NUMBER:
                 found = f"a number of {len(text)} characters; at most {_LONGEST_NUMBER} are allowed"

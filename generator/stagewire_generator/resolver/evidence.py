@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from fnmatch import translate
 from typing import Any
 
@@ -83,12 +83,12 @@ def _entries(tables: Tables, path: str) -> Iterator[tuple[str, str]]:
     matches = _matcher(pattern)
     if section == "messages":
         for name, message in tables.messages.items():
-            if matches(name, *message.aliases) and _has_form(message, rest):
+            if matches(name, message.aliases) and _has_form(message, rest):
                 yield section, name
         return
     for document in tables.files.get(_FILES[section], ()):
         for name, entry in document.data.get(section, {}).items():
-            if matches(name, *entry.get("also_named", ())) and _has(entry, rest):
+            if matches(name, entry.get("also_named", ())) and _has(entry, rest):
                 if section != "parameter_sets":
                     yield _RESOLVED.get(section, section), name
                 elif name in tables.sets:
@@ -103,16 +103,16 @@ _RESOLVED = {"commands": "messages", "setup_commands": "messages"}
 
 
 def _matcher(pattern: str) -> Callable[..., bool]:
-    """Return a function that tells whether one of some names matches an alternative of a pattern."""
+    """Return a function that tells whether a name, or another one, matches an alternative of a pattern."""
     parts = pattern.split("|")
     named = frozenset(parts)
     wild = "|".join(translate(part) for part in parts if not part.isidentifier())
     like = re.compile(wild).match if wild else None
 
-    def matches(*names: str) -> bool:
-        if not named.isdisjoint(names):
+    def matches(name: str, others: Collection[str]) -> bool:
+        if name in named or not named.isdisjoint(others):
             return True
-        return like is not None and any(map(like, names))
+        return like is not None and any(map(like, (name, *others)))
 
     return matches
 

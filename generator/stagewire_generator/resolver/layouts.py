@@ -109,11 +109,12 @@ def resolve_field(
         ("flags_by_unit", tables.flags, "flag table"),
         ("enums_by_unit", tables.enumerations, "enumeration"),
     ):
-        found = {
-            unit: tables.look_up(table, table_name, kind, place)
-            for unit, table_name in entry.get(key, {}).items()
-        }
-        facts[key] = {unit: known for unit, known in found.items() if known}
+        if key in entry:
+            found = {
+                unit: tables.look_up(table, table_name, kind, place)
+                for unit, table_name in entry[key].items()
+            }
+            facts[key] = {unit: known for unit, known in found.items() if known}
     own = (
         _limit(tables, place, name, item, entry, "minimum"),
         _limit(tables, place, name, item, entry, "maximum"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cache, partial
 
 from stagewire_generator.diagnostics import Place
 from stagewire_generator.model import Erratum, Json, Layout, Message, ParameterSet
@@ -37,6 +38,7 @@ def define_errata(tables: Tables) -> None:
         tables.errata[id] = erratum
         for name in (*erratum.messages, *erratum.fields):
             tables.errata_of.setdefault(name, set()).add(id)
+            tables.errata_owners.add(name.partition(".")[0])
 
 
 def with_errata(tables: Tables, message: Message) -> Message:
@@ -47,6 +49,8 @@ def with_errata(tables: Tables, message: Message) -> Message:
     """
     named = message.twin_of or message.name
     owners = {named} | ({message.set[0]} if message.set else set())
+    if owners.isdisjoint(tables.errata_owners):
+        return message
 
     def of(*names: str) -> tuple[str, ...]:
         found = {id for name in names for id in tables.errata_of.get(name, ())}
@@ -192,8 +196,17 @@ def define_parameter_sets(tables: Tables, document: Document) -> None:
             if key in entry and "set" not in members:
                 what = f"{name} declares {article} {key}, but has no SET that it could apply to"
                 tables.diagnostics.add(place, _CODES[key], what, f"remove the {key}")
+        shared = cache(partial(_shared_layouts, tables, document, entry, name))
         for role in members:
-            _define_member(tables, document, entry, found, group, role)
+            _define_member(tables, document, entry, found, group, role, shared)
+
+
+def _shared_layouts(
+    tables: Tables, document: Document, entry: Json, name: str
+) -> tuple[Layout, ...]:
+    """Return the layouts of a parameter set, which SET and GET share unless they have their own."""
+    path = ("parameter_sets", name)
+    return resolve_layouts(tables, document, path, entry, entry["page"], name)
 
 
 def _aliases(tables: Tables, entry: Json, role: str, place: Place) -> dict[str, tuple[str, ...]]:
@@ -212,25 +225,30 @@ def _member(group: str, role: str, rest: str) -> str:
 
 
 def _define_member(
-    tables: Tables, document: Document, entry: Json, owner: ParameterSet, group: str, role: str
+    tables: Tables,
+    document: Document,
+    entry: Json,
+    owner: ParameterSet,
+    group: str,
+    role: str,
+    shared: Callable[[], tuple[Layout, ...]],
 ) -> None:
     """Add the message for one role; REQ has no content, and GET is its reply."""
     path: KeyPath = ("parameter_sets", owner.name)
     name, page = owner.members[role], entry["page"]
     spelling = spelling_of(entry, split_group(tables, owner.name)[1])
     exchange = dict(entry.get("exchange", {}).get(role, {}))
-    layouts: tuple[Layout, ...]
-    at: KeyPath
+    at: KeyPath = (*path, role)
     if role == "req":
-        at = (*path, "req")
-        layouts = (header_layout(tables, document, at, entry.get("req", {}), page),)
+        layouts: tuple[Layout, ...] = (
+            header_layout(tables, document, at, entry.get("req", {}), page),
+        )
         if "get" in owner.members:
             exchange.setdefault("answered_by", [owner.members["get"]])
+    elif role in entry:  # it has a layout of its own
+        layouts = resolve_layouts(tables, document, at, entry[role], page, owner.name)
     else:
-        at, content = path, entry
-        if role in entry:  # it has a layout of its own
-            at, content = (*path, role), entry[role]
-        layouts = resolve_layouts(tables, document, at, content, page, owner.name)
+        layouts = shared()
     sub_message = entry.get("sub_message")
     message = Message(
         name=name,

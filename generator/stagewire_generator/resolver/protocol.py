@@ -48,10 +48,13 @@ def define_rules(tables: Tables) -> None:
     """Fill the table of rules, and look up the messages and errata that they name."""
     for document, id, entry, place in tables.entries("rules", "rules", tables.rules):
         at = ("rules", id)
-        for index, name in enumerate(entry.get("messages", ())):
-            tables.look_up(tables.messages, name, "message", document.place(*at, "messages", index))
-        for index, slug in enumerate(entry.get("errata", ())):
-            tables.look_up(tables.errata, slug, "erratum", document.place(*at, "errata", index))
+        for part, table, kind in (
+            ("messages", tables.messages, "message"),
+            ("errata", tables.errata, "erratum"),
+        ):
+            for index, name in enumerate(entry.get(part, ())):
+                if name not in table:  # a position costs more than a look-up
+                    tables.look_up(table, name, kind, document.place(*at, part, index))
         tables.rules[id] = Rule(
             id=id,
             page=entry["page"],

@@ -48,6 +48,7 @@ class Tables:
         self.errata: dict[str, Erratum] = {}
         self.rules: dict[str, Rule] = {}
         self.errata_of: dict[str, set[str]] = {}  # MESSAGE or MESSAGE.field -> slugs
+        self.errata_owners: set[str] = set()  # the messages and sets of these names
         self._found: dict[str, Format] = {}
         self.under: dict[str, frozenset[str]] = {}  # overlay -> those that it builds on
         for head in files.get("overlay", ()):

@@ -27,8 +27,11 @@ from stagewire_generator.targets.environment import (
 # Characters that JSON allows unescaped but that can control a terminal. An example may hold any byte as text.
 _HIDDEN = "".join(map(chr, (*range(0x7F, 0xA0), 0xAD)))
 _INDENTED = json.JSONEncoder(ensure_ascii=False, indent=2, sort_keys=True)
-_ON_ONE_LINE = json.JSONEncoder(
-    ensure_ascii=False, separators=(",", ":"), sort_keys=True, check_circular=False
+_ON_ONE_LINE, _IN_ASCII = (
+    json.JSONEncoder(
+        ensure_ascii=ascii, separators=(",", ":"), sort_keys=True, check_circular=False
+    )
+    for ascii in (False, True)
 )
 
 
@@ -37,16 +40,28 @@ def canonical(data: dict[str, Any], lines: Collection[str] = ()) -> str:
 
     :param lines: keys of long lists. Each of their items is written on one line, without spaces.
     """
-    text = _INDENTED.encode({key: [] if key in lines else value for key, value in data.items()})
-    for key in lines:
+    rest = _INDENTED.encode({key: [] if key in lines else value for key, value in data.items()})
+    parts: list[str] = []
+    for key in sorted(lines):
         if data.get(key):
-            items = ",\n    ".join(map(_ON_ONE_LINE.encode, data[key]))
             # JSON escapes line feeds in strings, so this text cannot occur anywhere else.
-            text = text.replace(f'\n  "{key}": []', f'\n  "{key}": [\n    {items}\n  ]')
+            before, _, rest = rest.partition(f'\n  "{key}": []')
+            opening, between = f'{before}\n  "{key}": [\n    ', ",\n    "
+            for item in data[key]:
+                parts += (opening, _line(item))
+                opening = between
+            parts.append("\n  ]")
+    text = "".join([*parts, rest, "\n"])  # at once: it may have megabytes
     for char in _HIDDEN:  # one by one: most texts have none of them, and a search is fast
         if char in text:
             text = text.replace(char, f"\\u{ord(char):04x}")
-    return text + "\n"
+    return text
+
+
+def _line(item: object) -> str:
+    """Return an item on one line. The encoder for ASCII is faster, and most items need no other."""
+    line = _IN_ASCII.encode(item)
+    return _ON_ONE_LINE.encode(item) if "\\u" in line else line
 
 
 def wrapped(text: str, width: int, hanging: int = 0) -> list[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Callable, Iterable, Iterator
-from itertools import groupby
 from typing import TypeAlias
 
 from stagewire_generator.model import Json, Layout, Message, Protocol
@@ -68,11 +67,10 @@ def cut(stream: bytes, begins: Callable[[bytes], tuple[str, int]]) -> list[Piece
 def join_garbage(pieces: Iterable[Piece]) -> list[Piece]:
     """Return pieces with adjacent garbage joined."""
     joined: list[Piece] = []
-    for garbage, run in groupby(pieces, key=lambda piece: piece[0] == "garbage"):
-        if garbage:
-            joined.append(("garbage", b"".join(raw for _, raw in run)))
-        else:
-            joined.extend(run)
+    for kind, raw in pieces:
+        if joined and kind == joined[-1][0] == "garbage":
+            raw = joined.pop()[1] + raw
+        joined.append((kind, raw))
     return joined
 
 

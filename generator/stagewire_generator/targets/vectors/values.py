@@ -39,12 +39,12 @@ def greatest_but(taken: Iterable[int | None], size: int) -> int | None:
 
 def _to_bytes(field: Field, value: Value) -> bytes:
     format = field.format
-    if field.array and isinstance(value, list):
-        size, signed = field.array.item.size, format.signed
-        return b"".join(number.to_bytes(size, "little", signed=signed) for number in value)
-    assert not isinstance(value, list)
     if isinstance(value, int):
         return value.to_bytes(format.size, "little", signed=format.signed)
+    if isinstance(value, list):
+        assert field.array is not None
+        size, signed = field.array.item.size, format.signed
+        return b"".join(number.to_bytes(size, "little", signed=signed) for number in value)
     if format.kind == "bytes":
         return bytes.fromhex(value)
     return value.encode("latin-1").ljust(format.size, b"\0")
@@ -173,6 +173,8 @@ def _fits(fields: Sequence[Field], held: Json) -> bool:
 
 def shown(fields: Iterable[Field], held: Json) -> Json:
     """Return the values that a decoder returns: all except unused parameters that are zero."""
+    if all(held.get(name, True) for name in UNNAMED):
+        return held
     return {
         field.name: held[field.name]
         for field in fields

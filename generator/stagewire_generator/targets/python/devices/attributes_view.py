@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.model import Json, Protocol
@@ -33,7 +34,7 @@ _REFUSED = (
 
 def check_attributes(protocol: Protocol, diagnostics: Diagnostics) -> None:
     """Check that each attribute names the keyword of a value with a unit or a name in its set."""
-    for call in plan_of(protocol).calls:
+    for call in plan_of(_with_attributes(protocol)).calls:
         if "attribute" not in call.message.call:
             continue
         name, value = (call.message.call["attribute"][key] for key in ("name", "value"))
@@ -42,6 +43,23 @@ def check_attributes(protocol: Protocol, diagnostics: Diagnostics) -> None:
             what = f"{call.message.name}: the attribute {name} has the unknown value {value}"
             hint = f"known values: {', '.join(known)}" if known else "remove the attribute"
             diagnostics.add(call.message.place, "SW021", what, hint)
+
+
+def _with_attributes(protocol: Protocol) -> Protocol:
+    """Return the protocol with only the messages that have an attribute, their sets and their answers.
+
+    Planning the calls of all messages takes longer than the other checks.
+    """
+    stated = [message for message in protocol.messages if "attribute" in message.call]
+    names = {m.name for m in stated}.union(*(m.exchange.get("answered_by", ()) for m in stated))
+    sets = {m.set[0] for m in protocol.messages if m.set and m.name in names}
+    return replace(
+        protocol,
+        messages=tuple(
+            m for m in protocol.messages if m.name in names or (m.set and m.set[0] in sets)
+        ),
+        sets=tuple(found for found in protocol.sets if found.name in sets),
+    )
 
 
 def further_views(protocol: Protocol, call: Call, verbs: Sequence[str]) -> Iterator[MethodView]:

@@ -413,12 +413,14 @@ def status_call(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Call
 
     If the only status is that of several channels, it is the request for the position counter of one.
     """
+    lengths: dict[str, int] = {}
+    for name, length, _ in _statuses(protocol, unit):
+        lengths[name] = max(length, lengths.get(name, 0))
     asked = {
-        (length, call.constant): call
-        for name, length, _ in _statuses(protocol, unit)
+        (lengths[name], call.constant): call
         for call in tables.calls
         if call.values
-        and call.values.message.name == name
+        and (name := call.values.message.name) in lengths
         and call.message.name in unit.messages | {name}
     }
     if asked:

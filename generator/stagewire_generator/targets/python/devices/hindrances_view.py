@@ -22,17 +22,26 @@ def said_by(protocol: Protocol, unit: UnitPlan) -> Iterator[tuple[Message, Layou
     """
     status, several = unit.entry.get("status"), unit.entry.get("channels", 1) > 1
     joint_forms = _joint_forms(protocol)
-    for message in protocol.messages:
+    for message, layout in _said(protocol):
         if message.name in unit.messages:
             joint = joint_forms.get(message.name, frozenset())
-            for layout in message.layouts if not (several and joint) else ():
-                said = message.direction == "to_host" or layout.form == "reply"
-                if (
-                    said
-                    and layout.form not in joint
-                    and layout.when.get("status", status) == status
-                ):
-                    yield message, layout
+            if (
+                not (several and joint)
+                and layout.form not in joint
+                and layout.when.get("status", status) == status
+            ):
+                yield message, layout
+
+
+@lru_cache(maxsize=1)
+def _said(protocol: Protocol) -> list[tuple[Message, Layout]]:
+    """Return the messages to the host and the replies, with their layouts."""
+    return [
+        (message, layout)
+        for message in protocol.messages
+        for layout in message.layouts
+        if message.direction == "to_host" or layout.form == "reply"
+    ]
 
 
 def has_joint_status(protocol: Protocol, unit: UnitPlan) -> bool:

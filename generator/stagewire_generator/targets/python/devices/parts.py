@@ -259,14 +259,17 @@ def _with_stops(unit: UnitPlan, names: Mapping[str, str]) -> UnitPlan:
     return unit._replace(classes=tuple(classes))
 
 
+_NEEDS = {"get_": {"req", "get"}, "set_": {"set"}, "change_": {"set", "req", "get"}}
+"""Verb of a method of a parameter set -> the messages that it needs."""
+
+
 def _verbs(call: Call, known: frozenset[str]) -> tuple[str, ...]:
     """Return the verbs of a call that a unit with these messages supports."""
     have = {role for role, message in call.members.items() if message.name in known}
     if call.kind != "set":
         answers = call.message.exchange.get("answered_by", ())
         return call.methods if have and (not answers or known & {*answers}) else ()
-    needs = {"get_": {"req", "get"}, "set_": {"set"}, "change_": {"set", "req", "get"}}
-    return tuple(verb for verb in call.methods if needs[verb] <= have)
+    return tuple(verb for verb in call.methods if _NEEDS[verb] <= have) if have else ()
 
 
 def _named(

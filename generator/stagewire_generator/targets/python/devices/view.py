@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from stagewire_generator.framing import FRAMINGS
@@ -243,6 +243,10 @@ def devices_view(protocol: Protocol) -> DevicesView | None:
     facts = facts_view(protocol, parts.units, tables)
     types = MotionTypes(plan, tables)
     made = _parts(protocol, parts, types)
+    used = {
+        chapter: names_in(method for view in views for method in view.methods)
+        for chapter, views in made.items()
+    }
     return DevicesView(
         names=tuple(unit.name for unit in parts.units),
         values=values,
@@ -253,8 +257,8 @@ def devices_view(protocol: Protocol) -> DevicesView | None:
         facts=facts,
         facts_imports=facts_imports(package, facts.statements),
         sides=(
-            _side(protocol, parts, made, types, "devices", "", aio=False),
-            _side(protocol, parts, made, types, "aio", " for asyncio", aio=True),
+            _side(protocol, parts, made, used, types, "devices", "", aio=False),
+            _side(protocol, parts, made, used, types, "aio", " for asyncio", aio=True),
         ),
     )
 
@@ -285,6 +289,7 @@ def _side(
     protocol: Protocol,
     parts: Parts,
     made: Mapping[str, Sequence[PartView]],
+    used: Mapping[str, Collection[str]],
     types: MotionTypes,
     package: str,
     kind: str,
@@ -293,11 +298,11 @@ def _side(
     """Return the classes for threads, or for asyncio.
 
     :param made: the parts for threads by chapter.
+    :param used: the names in their methods by chapter.
     """
     modules = []
     for chapter, views in made.items():
-        used = names_in(method for view in views for method in view.methods)
-        imports = parts_imports(protocol.package, used, aio)
+        imports = parts_imports(protocol.package, used[chapter], aio)
         names = tuple(view.name for view in views)
         classes = tuple(map(_asynchronous, views) if aio else views)
         modules.append(ModuleView(chapter, imports, names, classes))
