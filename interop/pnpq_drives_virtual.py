@@ -1,4 +1,4 @@
-"""PnPQ drives a virtual K10CR1 and KBD101 on pseudo-terminals, with every call of its two device classes.
+"""PnPQ drives a virtual K10CR1, KBD101 and MPC320 on pseudo-terminals, with the calls of its device classes.
 
 PnPQ finds its port by the serial number of the USB device, which a pseudo-terminal does not have: the list of
 ports is replaced. It needs Python 3.13.
@@ -69,8 +69,51 @@ def drive(results: Results, unit: str, watched: Watched, serial_number: str) -> 
         call("identify", device.identify)
 
 
+def turn(results: Results, watched: Watched, serial_number: str) -> None:
+    """Make all calls of the class for paddles; it enables a paddle for each motion only."""
+    from pnpq.apt.connection import AptConnection
+    from pnpq.apt.protocol import ChanIdent, JogDirection
+    from pnpq.devices.polarization_controller_thorlabs_mpc import (
+        PolarizationControllerThorlabsMPC320,
+    )
+    from pnpq.units import pnpq_ureg
+
+    def call(what: str, function: Any) -> Any:
+        return results.call("MPC320", what, function)
+
+    find_port(watched.url, serial_number)
+    with AptConnection(serial_number=serial_number) as connection:
+        paddles = call("opens", lambda: PolarizationControllerThorlabsMPC320(connection=connection))
+        if paddles is None:
+            return
+        for number, paddle in enumerate(
+            (ChanIdent.CHANNEL_1, ChanIdent.CHANNEL_2, ChanIdent.CHANNEL_3), 1
+        ):
+            call("home", lambda paddle=paddle: paddles.home(paddle))
+            target = 300 * number
+            call(
+                "move_absolute",
+                lambda paddle=paddle, target=target: paddles.move_absolute(
+                    paddle, target * pnpq_ureg.mpc320_step
+                ),
+            )
+            found = call("get_status", lambda paddle=paddle: paddles.get_status(paddle))
+            near = found is not None and found.position == target
+            results.check("MPC320", f"paddle {number} reaches its target", near, f"{found}")
+        call("set_params", lambda: paddles.set_params(jog_step_3=50 * pnpq_ureg.mpc320_step))
+        params = call("get_params", paddles.get_params)
+        kept = params is not None and params["jog_step_3"].magnitude == 50
+        results.check("MPC320", "keeps its parameters", kept, f"{params}")
+        call("jog", lambda: paddles.jog(ChanIdent.CHANNEL_3, JogDirection.FORWARD))
+        found = call("get_status", lambda: paddles.get_status(ChanIdent.CHANNEL_3))
+        jogged = found is not None and found.position == 950
+        results.check("MPC320", "paddle 3 jogs forward", jogged, f"{found}")
+        call("get_status_all", paddles.get_status_all)
+        call("identify", lambda: paddles.identify(ChanIdent.CHANNEL_1))
+
+
 def main() -> None:
-    """Drive both units."""
+    """Drive the three units."""
     results = Results("pnpq")
     if results.installed:
         import structlog
@@ -80,6 +123,8 @@ def main() -> None:
             drive(results, "K10CR1", watched, "55000001")
         with on_pty(virtual.KBD101(serial_number=28000001, stage=stages.DDS100)) as watched:
             drive(results, "KBD101", watched, "28000001")
+        with on_pty(virtual.MPC320(serial_number=38000001)) as watched:
+            turn(results, watched, "38000001")
     results.finish()
 
 

@@ -1,4 +1,4 @@
-"""QMI drives a virtual K10CR1 and MFF101 on pseudo-terminals, with all calls of its two drivers."""
+"""QMI drives a virtual K10CR1, MFF101 and MPC320 on pseudo-terminals, with the calls of its drivers."""
 
 from __future__ import annotations
 
@@ -76,8 +76,49 @@ def flip(results: Results, context: Any, watched: Watched) -> None:
     results.call("MFF101", "close", flipper.close)
 
 
+def turn(results: Results, context: Any, watched: Watched) -> None:
+    """Make the calls of the MPC320: home and move each paddle, and jog the last one."""
+    from qmi.instruments.thorlabs.mpc320 import Thorlabs_Mpc320
+
+    paddles = Thorlabs_Mpc320(context, "paddles", f"serial:{watched.url}")
+
+    def call(what: str, function: Any) -> Any:
+        return results.call("MPC320", what, function)
+
+    def at(what: str, number: int, degrees: float) -> None:
+        end = time.monotonic() + 10
+        found = None
+        while time.monotonic() < end and (found is None or abs(found - degrees) > 0.2):
+            time.sleep(0.2)
+            found = paddles.get_status_update(number).position
+        results.check("MPC320", what, abs(found - degrees) < 0.2, f"{found} of {degrees} degrees")
+
+    call("open", paddles.open)
+    call("get_idn", paddles.get_idn)
+    call("enable_channels", lambda: paddles.enable_channels([1, 2, 3]))
+    for number in (1, 2, 3):
+        state = call("get_channel_state", lambda number=number: paddles.get_channel_state(number))
+        results.check("MPC320", f"paddle {number} is enabled", state and state.name == "ENABLE")
+        call("home_channel", lambda number=number: paddles.home_channel(number))
+        at(f"paddle {number} is at 0 after homing", number, 0)
+        call("move_absolute", lambda number=number: paddles.move_absolute(number, 40 * number))
+        at(f"paddle {number} reaches its target", number, 40 * number)
+    call(
+        "set_polarisation_parameters", lambda: paddles.set_polarisation_parameters(50, 0, 5, 5, 10)
+    )
+    found = call("get_polarisation_parameters", paddles.get_polarisation_parameters)
+    kept = found is not None and found.velocity == 50 and abs(found.jog_step3 - 10) < 0.2
+    results.check("MPC320", "keeps its parameters", kept, f"{found}")
+    call("jog", lambda: paddles.jog(3))
+    at("paddle 3 jogs forward", 3, 130)
+    call("disable_all_channels", paddles.disable_all_channels)
+    state = call("get_channel_state", lambda: paddles.get_channel_state(3))
+    results.check("MPC320", "paddle 3 is disabled", state and state.name == "DISABLE")
+    call("close", paddles.close)
+
+
 def main() -> None:
-    """Drive both units."""
+    """Drive the three units."""
     results = Results("qmi")
     if results.installed:
         from qmi.core.context import QMI_Context
@@ -87,6 +128,8 @@ def main() -> None:
             rotate(results, context, watched)
         with on_pty(virtual.MFF101(serial_number=37000001)) as watched:
             flip(results, context, watched)
+        with on_pty(virtual.MPC320(serial_number=38000001)) as watched:
+            turn(results, context, watched)
     results.finish()
 
 

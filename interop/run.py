@@ -26,6 +26,7 @@ PROGRAMS = (
     "apt_device_drives_virtual",
     "qmi_drives_virtual",
     "pylablib_drives_virtual",
+    "pylablib_families",
 )
 """The programs, in this folder; each is a module with the docstring that explains it."""
 LONGEST = 900
