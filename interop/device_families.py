@@ -49,11 +49,22 @@ def _inertial(trial: Trial, device: Any) -> None:
 
 
 def _inertial_stage(trial: Trial, device: Any) -> None:
-    """Jog, home and stop a stage."""
+    """Home, move, jog and stop a stage in open loop and in closed loop."""
+
+    def ends(what: str, function: Callable[[], Any], wanted: int) -> None:
+        end = trial.call(what, function)
+        position = end and end.values.abs_position
+        trial.expect(f"{what}: is where it was sent", position == wanted, f"{position} counts")
+
     device.enable()
-    device.set_pos_control_mode(mode="OPEN_LOOP")
-    trial.call("jogs", lambda: device.jog("FORWARD"))
-    trial.call("homes", device.home)
+    for loop, name in (("OPEN_LOOP", "open"), ("CLOSED_LOOP", "closed")):
+        device.set_pos_control_mode(mode=loop)
+        trial.call(f"homes in {name} loop", device.home)
+        trial.expect(f"is homed in {name} loop", device.is_homed())
+        device.change_open_move_params(step_size=3000)
+        device.change_close_move_params(position=3000)
+        ends(f"moves in {name} loop", device.move_start, 3000)
+        trial.call(f"jogs in {name} loop", lambda: device.jog("FORWARD"))
     trial.call("stops", device.stop)
 
 

@@ -124,7 +124,6 @@ CASES = (
                 "get_dig_outputs",
                 "get_nt_circ_centre_pos",
                 "get_nt_tia_lp_filter_coeffs",
-                "get_nt_tia_lp_filter_params",
                 "get_nt_tia_reading",
                 "get_tna_disp_settings",
             )

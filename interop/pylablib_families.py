@@ -14,7 +14,7 @@ import stagewire_virtual as virtual
 
 KNOWN = {
     ("KIM101", "move_to while no channel is enabled"): (
-        "it looks for its channel among the enabled channels, and cannot handle that there are none"
+        "it looks for its channel among the enabled channels, and raises if none is enabled"
     ),
     ("TIM101", "get_enabled_channels"): ("it asks for the enabled channels of a KIM101 (page 394)"),
     ("TPZ001", "get_status"): "it asks for 0x0660, which the list of the TPZ001 omits",

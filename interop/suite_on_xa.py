@@ -87,7 +87,7 @@ LIMITS = {
     "readback/*/MOT_SET_LIMSWITCHPARAMS/1": "it keeps its own limit switches",
 }
 TWICE = dict.fromkeys(
-    ("answers/*/MOT_REQ_DCSTATUSUPDATE/1", "status/*"),
+    ("answers/*/MOT_REQ_DCSTATUSUPDATE/1", "status/*", "back-to-back"),
     "it answers with two equal messages; the second may arrive too late to be noticed",
 )
 MOTION = {
@@ -109,10 +109,12 @@ CASES = (
             **VERSION,
             **UPDATES,
             **MOTION,
-            "suspend/*": "end messages of moves come although they are suspended, or moving bits stay",
             "soft-limits/*": "a move passes a software limit (Issue 37, page 79)",
         },
-        at_times=TWICE,
+        at_times={
+            **TWICE,
+            "suspend/*": "end messages of moves come although they are suspended, or moving bits stay",
+        },
     ),
     Case(
         "KST201",
@@ -144,6 +146,7 @@ CASES = (
             "identification/*": "it answers HW_REQ_INFO once for itself and once for each channel",
             **STEP_RATE,
             "answers/*/PZMOT_REQ_KCUBETRIGIOCONFIG": "it answers once for each channel",
+            "actuator-move/*": "its position counter stays at 0, also after its own moves",
         },
     ),
     Case(
@@ -154,6 +157,9 @@ CASES = (
             **BYTES,
             **UPDATES,
             **STEP_RATE,
+            "readback/*/PZMOT_SET_KCUBECHANENABLEMODE": (
+                "it does not answer PZMOT_REQ_STATUSUPDATE, so it is not known to be at rest"
+            ),
         },
     ),
     Case(
@@ -163,6 +169,7 @@ CASES = (
         known={
             **BYTES,
             **UPDATES,
+            "actuator-move/*": "in open loop, it takes the number of steps for a position",
         },
         at_times={"back-to-back": "of ten status requests without pauses, it answers about six"},
     ),

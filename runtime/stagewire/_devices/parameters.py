@@ -277,7 +277,11 @@ def _set_of(kind: type[Any], facts: Facts, unit: Unit, method: str, name: str) -
     can_change = hasattr(kind, _CHANGES + name)
     every = getattr(table, "given", ()) if can_change else ()
     given = {one.field: one.on((unit.name,)) if one.names else one for one in every}
-    asked = {one.field for one in table.asked}
+    left_out = {one.field for one in table.asked}
+    if isinstance(table, Query):  # of several forms, the first one is the usual one
+        left_out |= {vars(values)[each].field for each in values.names} - set(
+            table.gets[0].layout.fields
+        )
     return SetOfParameters(
         name,
         method,
@@ -287,7 +291,7 @@ def _set_of(kind: type[Any], facts: Facts, unit: Unit, method: str, name: str) -
         {
             one.name: one
             for one in _parameters(values, unit, given)
-            if vars(values)[one.name].field not in asked
+            if vars(values)[one.name].field not in left_out
         },
     )
 

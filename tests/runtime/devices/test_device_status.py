@@ -20,7 +20,18 @@ from stagewire.errors import (
     UnsupportedError,
 )
 from stagewire.quantities import find_stages
-from stagewire_apt import BSC203, K10CR1, KDC101, MFF101, TDC001, TPZ001, aio, devices, stages
+from stagewire_apt import (
+    BSC203,
+    K10CR1,
+    KDC101,
+    KIM001,
+    MFF101,
+    TDC001,
+    TPZ001,
+    aio,
+    devices,
+    stages,
+)
 from stagewire_apt import messages as m
 from stagewire_apt.devices.facts import UNITS
 from stagewire_ms2000 import MS2000
@@ -67,7 +78,7 @@ def test_a_position_without_a_known_stage_is_in_counts_only() -> None:
             _ = tdc.position
 
 
-@pytest.mark.parametrize("unit", MOTORS)
+@pytest.mark.parametrize("unit", [*MOTORS, "KIM001", "PDXC2"])
 def test_every_motor_reports_its_position_and_whether_it_is_homed(unit: str) -> None:
     with getattr(devices, unit).open(f"virtual://{unit}") as device:
         motor = device.bay(1) if UNITS[unit].kind == "rack" else device
@@ -76,6 +87,16 @@ def test_every_motor_reports_its_position_and_whether_it_is_homed(unit: str) -> 
         assert motor.is_homed() is False
         plain = motor.wait_for("homed", on=False).asdict()
         assert not any("homed" in bits for bits in plain.values() if isinstance(bits, list))
+
+
+def test_an_inertial_drive_with_one_channel_reports_the_short_form_of_the_status() -> None:
+    with KIM001.open(RecordingLink(virtual.KIM001())) as kim:
+        kim.enable()
+        kim.move_relative(counts=120)
+        status = kim.get_status_update()
+        assert status.position == kim.position_counts == 120
+        assert "channel_enabled" in status.status_bits.names
+        assert "position_1" not in status.asdict()
 
 
 def example_of(unit: str) -> str:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, Final
 
-from stagewire._codec.flags import Flags
 from stagewire._devices.asynchronous.calls import query
-from stagewire._devices.asynchronous.targets import HOMED, position_in
+from stagewire._devices.asynchronous.targets import HOMED, bits_in, position_in
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.travel import PER_MM, POSITION
-from stagewire._devices.values import Bits, BitsByUnit, Values
+from stagewire._devices.values import Values
 from stagewire.errors import (
     BadValueError,
     MotionTimeoutError,
@@ -75,7 +73,7 @@ async def is_homed(endpoint: Endpoint, timeout: float | None) -> bool:
     """
     unit = endpoint.connection.unit
     if unit.positions is None:  # a flipper has such a bit, but nothing to home
-        for bits in _bits(await _read(endpoint, timeout)):
+        for bits in bits_in(await _read(endpoint, timeout)):
             if HOMED in bits.bits:
                 return HOMED in bits.names
     raise UnsupportedError(f"a {unit.name} does not report whether it is homed")
@@ -94,7 +92,7 @@ async def wait_for(
     deadline = endpoint.deadline(seconds)
     while True:
         status = await _read(endpoint, None)
-        bits = list(_bits(status))
+        bits = list(bits_in(status))
         known = [name for flags in bits for name in flags.bits]
         if not known:
             name = endpoint.connection.unit.name
@@ -118,10 +116,3 @@ async def _read(endpoint: Endpoint, timeout: float | None) -> Values[Any]:
     if unit.status_query is None:
         raise UnsupportedError(f"a {unit.name} has no request for the status of a motor")
     return await query(endpoint, unit.status_query, timeout, {})
-
-
-def _bits(status: Values[Any]) -> Iterator[Flags]:
-    """Yield the values of a status that have named bits."""
-    for name, value in vars(type(status)).items():
-        if isinstance(value, Bits | BitsByUnit):
-            yield getattr(status, name)

@@ -9,11 +9,12 @@ deviates by far more.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from math import floor
 from typing import Any, Final
 
+from stagewire._codec.flags import Flags
 from stagewire._devices.asynchronous.calls import check_limits, look, moves, query, refuse_left
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.endpoint import Deadline
@@ -76,7 +77,9 @@ async def targets_of(
     _check_ways(endpoint, what, here, ways)
     targets = tuple(here + way for way in ways)
     limits = endpoint.connection.limits(endpoint.place)
-    limits.check_held(what, targets, endpoint.scales(), homed=_is_homed(status))
+    limits.check_held(
+        what, targets, endpoint.scales(), homed=any(HOMED in bits.names for bits in bits_in(status))
+    )
     return targets
 
 
@@ -90,6 +93,16 @@ def position_in(values: Values[Any] | None) -> int | None:
             counts: int = getattr(values.message, value.field)
             return counts
     return None
+
+
+def bits_in(values: Values[Any] | None) -> Iterator[Flags]:
+    """Yield the values that have named bits, of those that a controller sent."""
+    if values is None:
+        return
+    sent = values.message.layout.fields
+    for name, value in vars(type(values)).items():
+        if isinstance(value, Bits | BitsByUnit) and value.field in sent:
+            yield getattr(values, name)
 
 
 async def _stored(endpoint: Endpoint, what: str, stored: Stored, deadline: Deadline) -> int | None:
@@ -115,14 +128,6 @@ async def _status(endpoint: Endpoint, what: str, deadline: Deadline) -> Values[A
     await refuse_second(endpoint, what, deadline)
     values: Values[Any] = await look(endpoint, status, endpoint.part_of(deadline))
     return values
-
-
-def _is_homed(status: Values[Any] | None) -> bool:
-    """Return whether a status has a bit for a homed stage that is set."""
-    for name, value in () if status is None else vars(type(status)).items():
-        if isinstance(value, Bits | BitsByUnit) and HOMED in getattr(status, name).names:
-            return True
-    return False
 
 
 async def refuse_second(endpoint: Endpoint, what: str, deadline: Deadline) -> None:
@@ -158,7 +163,9 @@ async def _check_target(endpoint: Endpoint, what: str, counts: int, deadline: De
     here = position_in(status)
     if travel is not None and here is not None:
         travel.check_way(what, here, counts, _known_scale(endpoint))
-    limits.check_held(what, (counts,), scales, homed=_is_homed(status))
+    limits.check_held(
+        what, (counts,), scales, homed=any(HOMED in bits.names for bits in bits_in(status))
+    )
 
 
 def _check_ways(endpoint: Endpoint, what: str, here: int, ways: tuple[int, ...]) -> None:

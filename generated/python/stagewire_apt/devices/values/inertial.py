@@ -739,6 +739,17 @@ class PzmotStatusUpdate(Values[m.PzmotGetStatusUpdate | m.PzmotGetStatusUpdateSh
     """``position_4`` in deg, for a rotary stage."""
     status_bits_4 = Bits("status_bits_4", f.InertialStatusBits)
     """Status of channel 4; :class:`~.InertialStatusBits`; from 0 to 4294967295."""
+    chan_ident = Named("chan_ident", e.ChannelBit)
+    """:class:`~.ChannelBit`; from 0 to 65535."""
+    position = Raw("position")
+    """Position in steps, or in nm on a PDXC2 in closed loop; in counts; scale to mm depends on the
+    stage; from -2147483648 to 2147483647."""
+    position_mm = InUnits("position", "position", "mm")
+    """``position`` in mm; the scale depends on the stage and its controller."""
+    position_deg = InUnits("position", "position", "deg")
+    """``position`` in deg, for a rotary stage."""
+    status_bits = BitsByUnit("status_bits", f.InertialStatusBits, {"PDXC2": f.Pdxc2StatusBits})
+    """:class:`~.InertialStatusBits`; from 0 to 4294967295."""
 
 
 class StatusUpdateShort(Values[m.PzmotGetStatusUpdateShort]):

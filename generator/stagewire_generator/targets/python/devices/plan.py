@@ -9,6 +9,7 @@ from typing import Final, NamedTuple, TypeAlias
 
 from stagewire_generator.framing import part
 from stagewire_generator.model import Json, Layout, Message, ParameterSet, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.python.brackets import Source
 from stagewire_generator.targets.python.devices.arguments import (
@@ -186,7 +187,7 @@ def _values(protocol: Protocol) -> Iterator[ValuesPlan]:
         for layout in message.layouts if message.id is not None and not message.dummy else ():
             if message.direction != "to_host" and layout.form != "reply":
                 continue
-            fields = [f for f in layout.all_fields if f.role == "value"]
+            fields = _reported(message, layout)
             if message.name not in answering and not given_fields(protocol, layout):
                 continue  # it has no values
             words = _set_words(sets[message.set[0]], message) if message.set else ()
@@ -196,6 +197,14 @@ def _values(protocol: Protocol) -> Iterator[ValuesPlan]:
     names = apart(candidates, _VALUES, "Values", [m.group in new for m, _, _ in found])
     for (message, layout, arguments), name in zip(found, names, strict=True):
         yield ValuesPlan(name, message, layout, arguments)
+
+
+def _reported(message: Message, layout: Layout) -> list[Field]:
+    """Return the values of a layout; after those of the plain one, those that only other lengths have."""
+    others = other_lengths(message) if layout is plain_layout(message) else ()
+    fields = {f.name: f for x in reversed((layout, *others)) for f in x.all_fields}
+    ordered = dict.fromkeys(f.name for x in (layout, *others) for f in x.all_fields)
+    return [fields[name] for name in ordered if fields[name].role == "value"]
 
 
 def _values_names(message: Message, layout: Layout) -> Iterator[str]:
