@@ -344,7 +344,7 @@ class _Run:
                 *(
                     [
                         f"the output of {self._was_on} was on when the run began, so no setting or output "
-                        "was written"
+                        "was written; switch it off and run the suite again"
                     ]
                     if self._was_on
                     else []

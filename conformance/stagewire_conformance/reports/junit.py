@@ -80,7 +80,8 @@ def _suite(sheet: Sheet, number: int, name: str, cases: list[TestCase]) -> TestS
     for key, value in _properties(sheet).items():
         suite.add_property(safe(key), safe(value))
     suite.add_testcases(cases)
-    suite.append(SystemOut(""))  # type: ignore[no-untyped-call]
+    warnings = "\n".join(map(safe, not_at_rest(sheet) if name == "run" else ()))
+    suite.append(SystemOut(warnings))  # type: ignore[no-untyped-call]
     suite.append(SystemErr(""))  # type: ignore[no-untyped-call]
     suite.timestamp = sheet.started.strftime("%Y-%m-%dT%H:%M:%S")
     suite.hostname = "localhost"  # the name of the machine is private

@@ -300,6 +300,21 @@ def test_an_undocumented_value_is_reported_and_restored() -> None:
     assert "num_cycles is 0; the document allows 1 to 2147483647" in found[next(iter(found))]
 
 
+def test_a_voltage_outside_its_range_is_reported_and_never_written() -> None:
+    on = bench("KIM101")
+    low, high = byte(10, 0x4C), byte(11, 0x04)  # 1100 V
+    spoil = LinkFault(to_host=of("PZMOT_GET_DRIVEOPPARAMS", lambda raw: low(high(raw))))
+    report = run_on(on, ("readback",), link=faulty_link(on, spoil))
+    name = "readback/0x50/PZMOT_SET_DRIVEOPPARAMS"
+    [first, *_] = complaints(report).values()
+    assert "max_voltage is 1100; the document allows 85 to 125" in first
+    assert "are not safe to write back" in first
+    assert set(complaints(report)) <= {f"{name}/{channel}" for channel in (1, 2, 3, 4)}
+    sub_message = b"\xc0\x08", b"\x07\x00"
+    sent = [entry.raw for outcome in report.outcomes for entry in outcome.entries if entry.sent]
+    assert not [raw for raw in sent if (raw[:2], raw[6:8]) == sub_message]
+
+
 def test_ids_do_not_depend_on_permissions() -> None:
     for unit in UNITS:
         on = bench(unit)

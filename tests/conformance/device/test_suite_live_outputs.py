@@ -58,7 +58,8 @@ def test_nothing_is_written_to_an_output_that_is_on_when_the_run_begins(unit: st
     assert needing
     assert needing <= {check.id for check, _ in report.not_run}
     assert report.adrift == (
-        "the output of 0x50 was on when the run began, so no setting or output was written",
+        "the output of 0x50 was on when the run began, so no setting or output was written; "
+        "switch it off and run the suite again",
     )
     why = {why for check, why in report.not_run if check.id in needing}
     assert why == {"the output of 0x50 was on when the run began"}

@@ -197,3 +197,14 @@ def test_findings_may_have_texts_instead_of_bytes() -> None:
     (found,) = data(made)["groups"][0]["cases"][0]["findings"]
     assert (found["wanted"], found["came"]) == ({"text": "[1]"}, {"text": '{"a": 2}'})
     assert "  expected [1]\n  received {" in as_junit(made).replace("&quot;", '"')
+
+
+def test_junit_repeats_which_parts_are_not_at_rest() -> None:
+    made = replace(sheet(PASSED), adrift=("the output of 0x50 was on", "0x21 still moves"))
+    suites = ElementTree.fromstring(as_junit(made)).iter("testsuite")
+    said = {suite.get("name"): suite.findtext("system-out") for suite in suites}
+    assert said.pop("run") == (
+        "NOT AT REST: the output of 0x50 was on. Make sure that it cannot do harm.\n"
+        "NOT AT REST: 0x21 still moves. Make sure that it cannot do harm."
+    )
+    assert not any(said.values())

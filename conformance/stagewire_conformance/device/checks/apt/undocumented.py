@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -28,11 +28,13 @@ class Fault:
     :param text: a sentence.
     :param grave: whether the document excludes the value. Otherwise it is merely not intended, such as a 0
         that was never set in a field whose range starts at 1.
+    :param is_range: whether it is a number outside its range.
     """
 
     field: str
     text: str
     grave: bool = True
+    is_range: bool = False
 
 
 def faults_of(declared: Declaration, message: FramedMessage) -> Iterator[Fault]:
@@ -54,6 +56,13 @@ def faults_of(declared: Declaration, message: FramedMessage) -> Iterator[Fault]:
         elif field["kind"] == "text" and not identifies and not is_readable(values[name]):
             yield Fault(name, f"{name} is {values[name]!r}; it should be text", grave=False)
     yield from unused_parameters(message)
+
+
+def undocumented_values(fields: Mapping[str, Json], values: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield the undocumented numbers among values, by the registry entries of their fields."""
+    for name, value in values.items():
+        if fields[name]["kind"] == "integer":
+            yield from _faults(name, fields[name], value)
 
 
 def unused_parameters(message: FramedMessage) -> Iterator[Fault]:
@@ -101,6 +110,5 @@ def _faults(name: str, field: Json, value: Any) -> Iterator[Fault]:
             f"{number_of(each, field['size']):g}" if field.get("real") else str(each)
             for each in (value, low, high)
         )
-        yield Fault(
-            name, f"{name} is {came}; the document allows {least} to {most}", grave=bool(value)
-        )
+        text = f"{name} is {came}; the document allows {least} to {most}"
+        yield Fault(name, text, grave=bool(value), is_range=True)

@@ -12,7 +12,9 @@ from stagewire_conformance.device.check import Case
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care
+from stagewire_conformance.device.checks.apt.undocumented import undocumented_values
 from stagewire_conformance.device.checks.apt.wording import joined
+from stagewire_conformance.device.trial import EnoughError
 from stagewire_conformance.registry import PLAIN, Json, Registry
 
 if TYPE_CHECKING:
@@ -173,7 +175,10 @@ class PlacedSet:
         return tuple(cause for cause in trial.causes if cause.subject == self.set.set)
 
     def undo(self, trial: Trial, values: Values) -> None:
-        """Restore values at the end of the check."""
+        """Restore values at the end of the check, which ends now if it must not write them."""
+        if excluded := self._excluded(values):
+            trial.inconclusive(f"{self.text}: nothing was written with {self.set.set}: {excluded}")
+            raise EnoughError
         trial.undo(
             f"{self.set.set} at {self.text}",
             lambda: self.put_back(trial, values),
@@ -222,9 +227,10 @@ class PlacedSet:
         told: Values | None = None,
         form: str | None = None,
     ) -> Any:
-        """Return a SET or a GET with these values, which may be outside the documented range.
+        """Return a SET or a GET with these values, which may be undocumented.
 
-        A controller may have had such values before; then they are restored.
+        A controller may have had such values before; then they are restored, except for numbers outside their
+        range.
 
         :param told: values that only a GET has.
         :param form: by default the plain one, or the first one that needs only these values.
@@ -257,11 +263,24 @@ class PlacedSet:
             judge_unasked(trial, heard, f"after {self.set.set} at {self.text}")
         return came
 
+    def _excluded(self, values: Values) -> str:
+        """Return why values must not be written; empty if they may be.
+
+        A number outside its range may damage what is connected, such as 1100 V for a motor that takes 125 V.
+        """
+        faults = undocumented_values(self.set.fields, values)
+        beyond = [fault.text for fault in faults if fault.is_range and fault.grave]
+        says = f"{self.set.get} returned values that are not safe to write back"
+        return f"{says} ({'; '.join(beyond)})" if beyond else ""
+
     def put_back(self, trial: Trial, values: Values) -> None:
         """Write values, and check that they are in effect.
 
-        Raise :class:`~stagewire.errors.StagewireError`, which says what to do, if they are not.
+        Raise :class:`~stagewire.errors.StagewireError`, which says what to do, if they are not in effect or
+        must not be written.
         """
+        if excluded := self._excluded(values):
+            raise StagewireError(excluded)
         line, declared = trial.line, trial.declared
         for _ in range(_TRIES):  # a lost message must not leave a setting changed
             line.send(self._message(trial, self.set.set, values), self.place.address)
