@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from stagewire_generator.model import Erratum, Json, Message, ParameterSet, Protocol, errata_of
-from stagewire_generator.model_fields import Field
+from stagewire_generator.model_fields import Enumeration, Field, FlagTable
 from stagewire_generator.model_scales import Controller, Stage
 
+Table = TypeVar("Table", Enumeration, FlagTable)
 _ScaleKey: TypeAlias = "tuple[str | None, str | None, str | None]"  # stage, controller, quantity
 
 
@@ -134,13 +135,26 @@ def _needed(need: Json, kept: Collection[str]) -> Json:
 
 
 def _for_units(field: Field, units: Collection[str]) -> Field:
-    """Return a field with the tables of these units only."""
+    """Return a field with the tables of these units only.
+
+    A table that all of them have becomes that of the field.
+    """
+    flags = {u: table for u, table in field.flags_by_unit.items() if u in units}
+    enums = {u: enum for u, enum in field.enums_by_unit.items() if u in units}
     return replace(
         field,
-        flags_by_unit={u: table for u, table in field.flags_by_unit.items() if u in units},
+        flags=_shared(flags, units) or field.flags,
+        flags_by_unit=flags,
         ranges_by_unit={u: limits for u, limits in field.ranges_by_unit.items() if u in units},
-        enums_by_unit={u: enum for u, enum in field.enums_by_unit.items() if u in units},
+        enum=_shared(enums, units) or field.enum,
+        enums_by_unit=enums,
     )
+
+
+def _shared(tables: Mapping[str, Table], units: Collection[str]) -> Table | None:
+    """Return the table that all units have, if it is the same."""
+    first, *others = (tables.get(unit) for unit in units)
+    return first if all(other == first for other in others) else None
 
 
 def _sets(sets: Iterable[ParameterSet], kept: Collection[str]) -> Iterator[ParameterSet]:

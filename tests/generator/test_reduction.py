@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -90,6 +91,24 @@ def test_the_code_has_the_messages_of_the_units_and_those_of_every_unit(spec: Ch
         before = {**whole[message["name"]], "exchange": None}
         assert for_any_unit({**message, "exchange": None}) == for_any_unit(before)
     assert {stage["name"] for stage in left["stages"]} == {*UNITS["TDC001"]["stages"]}
+
+
+@pytest.mark.parametrize(
+    ("unit", "sources", "bits"),
+    [
+        ("KLS635", "kcube_laser_source", "kls_status_bits"),
+        ("TLS001", "laser_source", "la_status_bits"),
+    ],
+)
+def test_the_tables_of_the_only_unit_are_those_of_the_fields(
+    spec: CheckedSpec, unit: str, sources: str, bits: str
+) -> None:
+    headers = "".join(render([reduced(spec[1], [unit])], ["c"]).values())
+    assert f"enum apt_{sources} {{" in headers
+    assert set(re.findall(r"see enum apt_(\w*laser_source)\b", headers)) == {sources}
+    assert set(re.findall(r"[Bb]its APT_(\w+)_\.\.\.", headers)) >= {bits.upper()}
+    others = {"KLS_STATUS_BITS", "LA_STATUS_BITS"} - {bits.upper()}
+    assert not others & set(re.findall(r"[Bb]its APT_(\w+)_\.\.\.", headers))
 
 
 def for_any_unit(value: Any) -> Any:

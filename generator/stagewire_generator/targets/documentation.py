@@ -163,9 +163,9 @@ def errata_of(protocol: Protocol, slugs: Iterable[str]) -> list[Erratum]:
 
 
 def erratum_text(erratum: Erratum, markup: Markup) -> str:
-    """Return the text of an erratum: its id, and the printed and the encoded form."""
-    printed, encoded = erratum.printed, erratum.encoded
-    text = f"Erratum {markup.name(erratum.id)}: printed {printed}; encoded {encoded}"
+    """Return the text of an erratum: its id and subject, and the printed and the encoded form."""
+    named = f"Erratum {markup.name(erratum.id)} ({erratum.subject})"
+    text = f"{named}: printed {erratum.printed}; encoded {erratum.encoded}"
     return text if text.endswith(".") else text + "."
 
 

@@ -144,7 +144,7 @@ def test_a_message_without_a_layout_has_an_id(files: dict[str, str]) -> None:
     text = files["c/stagewire_tiny/messages/extra.h"]
     assert "#define TINY_LAMP_TEST_ID 0x0202U" in text
     assert "tiny_lamp_test" not in text
-    assert "LAMP_BROKEN" not in text  # it has no id either
+    assert "LAMP_BROKEN_ID" not in text  # it has no id either
 
 
 def test_prefix() -> None:
@@ -233,8 +233,9 @@ def test_comments_on_members(core: str) -> None:
 def test_comments_name_errata(files: dict[str, str]) -> None:
     text = files["c/stagewire_tiny/messages/extra.h"]
     assert (
-        " * Erratum tiny-lamp-test: printed the names; encoded messages without a layout." in text
-    )
+        " * Erratum tiny-lamp-test (MSG_LAMP_TEST and MSG_LAMP_BROKEN): printed the names; encoded "
+        "messages\n * without a layout.\n"
+    ) in text
 
 
 def test_python_and_c_describe_a_field_in_the_same_words(files: dict[str, str], core: str) -> None:

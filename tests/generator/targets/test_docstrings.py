@@ -41,7 +41,7 @@ To the stored position.
 
 :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-Erratum ``tiny-move-length``: printed 08; encoded 06.""",
+Erratum ``tiny-move-length`` (MSG_POS_MOVE, byte table): printed 08; encoded 06.""",
     "PosMovedHeader": """\
 Reports that the target is reached.
 
@@ -99,7 +99,8 @@ Named, but not described.
 
 ``LAMP_TEST`` (0x0202), to the controller, layout not documented; page 7.
 
-Erratum ``tiny-lamp-test``: printed the names; encoded messages without a layout.""",
+Erratum ``tiny-lamp-test`` (MSG_LAMP_TEST and MSG_LAMP_BROKEN): printed the names; encoded
+    messages without a layout.""",
 }
 
 
@@ -124,7 +125,7 @@ Two numbers.
 :param place: in counts, 10 per um; from -8388608 to 8388607.
 :param height: from 0 to 1000.
 
-Erratum ``turtle-height``: printed 1; encoded 0.""",
+Erratum ``turtle-height`` (The least height): printed 1; encoded 0.""",
     "Mood": """\
 Requests the mood.
 
@@ -154,7 +155,7 @@ A dummy function: refused unless ``allow_dummy`` is given.
 
 :param turns: from -32768 to 32767; default 1.
 
-Erratum ``turtle-spin-byte``: printed 0x35; encoded 0x53.""",
+Erratum ``turtle-spin-byte`` (Spin, the byte in hexadecimal): printed 0x35; encoded 0x53.""",
     "Name": """\
 Sets the name, and returns the old one.
 
@@ -169,7 +170,7 @@ Stops immediately.
 
 ``HALT`` (0x48), no data, size 0; section Halt. Typed as ``H``.
 
-Erratum ``turtle-stop``: printed Stop; encoded Halt.""",
+Erratum ``turtle-stop`` (Halt, its other name): printed Stop; encoded Halt.""",
 }
 
 

@@ -24,7 +24,8 @@
  *
  * It can change the level of an output, and afterwards a signal at an input can move the flipper.
  *
- * Erratum apt37-mff-signal-modes: printed 02.; encoded nothing.
+ * Erratum apt37-mff-signal-modes (MOT_SET_MFF_OPERPARAMS, signal modes): printed 02.; encoded
+ * nothing.
  */
 typedef struct apt_mot_set_mff_operparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -262,7 +263,8 @@ static inline apt_status apt_mot_req_mff_operparams_decode(
  *
  * MOT_GET_MFF_OPERPARAMS (0x0512), to the host, 34 bytes of data; Issue 37, pages 182, 185.
  *
- * Erratum apt37-mff-get-id: printed 10 05; encoded 12 05.
+ * Erratum apt37-mff-get-id (MOT_GET_MFF_OPERPARAMS, id in the byte table): printed 10 05; encoded
+ * 12 05.
  */
 typedef struct apt_mot_get_mff_operparams {
     /** See enum apt_channel; from 0 to 65535. */

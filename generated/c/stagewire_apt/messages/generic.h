@@ -25,9 +25,11 @@
  *
  * Also described in Issue 37, page 49.
  *
- * Erratum apt-disconnect-example-source: printed 02 00 00 00 11 00; encoded 02 00 00 00 11 01.
+ * Erratum apt-disconnect-example-source (HW_DISCONNECT, worked example): printed 02 00 00 00 11 00;
+ * encoded 02 00 00 00 11 01.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_disconnect {
     /** Unused parameter byte; from 0 to 255. */
@@ -212,9 +214,11 @@ static inline apt_status apt_hw_req_info_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-hardware-info: printed Firmware Version; encoded nothing.
+ * Erratum apt37-hardware-info (HW_GET_INFO, fields between the type and the hardware version):
+ * printed Firmware Version; encoded nothing.
  *
- * Erratum apt37-hw-info-example-mod-state: printed 03, 00 in the breakdown; encoded 00 00.
+ * Erratum apt37-hw-info-example-mod-state (HW_GET_INFO, modification state in the example): printed
+ * 03, 00 in the breakdown; encoded 00 00.
  */
 typedef struct apt_hw_get_info {
     /** Unique serial number; page 53 says eight digits; from -2147483648 to 2147483647. */
@@ -358,7 +362,8 @@ static inline apt_status apt_hw_get_info_decode(
  *
  * Also described in Issue 37, page 51.
  *
- * Erratum apt37-update-rate: printed Unused; encoded update_rate.
+ * Erratum apt37-update-rate (HW_START_UPDATEMSGS, first parameter): printed Unused; encoded
+ * update_rate.
  */
 typedef struct apt_hw_start_updatemsgs {
     /**
@@ -461,7 +466,8 @@ static inline apt_status apt_hw_start_updatemsgs_decode(
  *
  * Also described in Issue 37, page 51.
  *
- * Erratum apt-summary-stop-updatemsgs-id: printed 0x0011; encoded 0x0012.
+ * Erratum apt-summary-stop-updatemsgs-id (Overview, id of HW_STOP_UPDATEMSGS): printed 0x0011;
+ * encoded 0x0012.
  */
 typedef struct apt_hw_stop_updatemsgs {
     /** Unused parameter byte; from 0 to 255. */
@@ -558,9 +564,11 @@ static inline apt_status apt_hw_stop_updatemsgs_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt-bay-idents: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay 10.
+ * Erratum apt-bay-idents (RACK bay idents): printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1
+ * to 0x09 bay 10.
  *
- * Erratum apt-rack-bayused-example-id: printed 06 00; encoded 60 00 and 61 00.
+ * Erratum apt-rack-bayused-example-id (RACK_REQ_BAYUSED and RACK_GET_BAYUSED, worked examples):
+ * printed 06 00; encoded 60 00 and 61 00.
  */
 typedef struct apt_rack_req_bayused {
     /** See enum apt_rack_bay; from 0 to 255. */
@@ -655,14 +663,17 @@ static inline apt_status apt_rack_req_bayused_decode(
  *
  * Also described in Issue 37, page 54.
  *
- * Erratum apt-bay-idents: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay 10.
+ * Erratum apt-bay-idents (RACK bay idents): printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1
+ * to 0x09 bay 10.
  *
- * Erratum apt-rack-bayused-example-id: printed 06 00; encoded 60 00 and 61 00.
+ * Erratum apt-rack-bayused-example-id (RACK_REQ_BAYUSED and RACK_GET_BAYUSED, worked examples):
+ * printed 06 00; encoded 60 00 and 61 00.
  *
- * Erratum apt-rack-get-bayused-example-addresses: printed destination 11, source 01; encoded
- * destination 01, source 11.
+ * Erratum apt-rack-get-bayused-example-addresses (RACK_GET_BAYUSED, worked example): printed
+ * destination 11, source 01; encoded destination 01, source 11.
  *
- * Erratum apt37-bay-numbers: printed nothing; encoded bay_1.
+ * Erratum apt37-bay-numbers (RACK_GET_BAYUSED, numbers of the bays): printed nothing; encoded
+ * bay_1.
  */
 typedef struct apt_rack_get_bayused {
     /** See enum apt_rack_bay; from 0 to 255. */
@@ -849,7 +860,7 @@ static inline apt_status apt_hub_req_bayused_decode(
  *
  * Also described in Issue 37, page 55.
  *
- * Erratum apt-hub-bay-minus-one: printed -0x01; encoded 0xFF.
+ * Erratum apt-hub-bay-minus-one (HUB_GET_BAYUSED, bay ident): printed -0x01; encoded 0xFF.
  */
 typedef struct apt_hub_get_bayused {
     /** See enum apt_hub_bay; from 0 to 255. */
@@ -944,8 +955,8 @@ static inline apt_status apt_hub_get_bayused_decode(
  *
  * Also described in Issue 37, page 49.
  *
- * Erratum apt37-hw-response-code: printed the message carries a numerical fault code; encoded a
- * header without parameters.
+ * Erratum apt37-hw-response-code (HW_RESPONSE, fault code): printed the message carries a numerical
+ * fault code; encoded a header without parameters.
  */
 typedef struct apt_hw_response {
     /** Unused parameter byte; from 0 to 255. */
@@ -1145,7 +1156,8 @@ static inline apt_status apt_hw_richresponse_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-chan-idents-of-tim101: printed channel 3; encoded nothing.
+ * Erratum apt37-chan-idents-of-tim101 (MOD_SET_CHANENABLESTATE, channels 3 and 4): printed channel
+ * 3; encoded nothing.
  */
 typedef struct apt_mod_set_chanenablestate {
     /** See enum apt_channel; from 0 to 255. */
@@ -1429,13 +1441,17 @@ static inline apt_status apt_mod_get_chanenablestate_decode(
  * controllers, an output shares its pin with the trigger output; first switch the trigger off with
  * MOT_SET_TRIGGER.
  *
- * Erratum apt37-list-bpc-digoutputs: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+ * Erratum apt37-list-bpc-digoutputs (MOD_DIGOUTPUTS in the lists of BPC20x and BPC30x): printed
+ * MOD_SET_DIGOUTPUTS; encoded not in the list.
  *
- * Erratum apt37-list-kcube-digoutputs: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-kcube-digoutputs (MOD_DIGOUTPUTS in the lists of KPZ101 and KSG101): printed
+ * nothing; encoded MOD_GET_DIGOUTPUTS.
  *
- * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ * Erratum apt37-list-kna101-vendor-software (Messages that the list of the KNA101 omits): printed
+ * nothing; encoded HW_GET_KCUBEMMILOCK.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mod_set_digoutputs {
     /** A set writes all outputs at once; bits APT_CONTROL_IO_OUTPUTS_...; from 0 to 255. */
@@ -1528,13 +1544,17 @@ static inline apt_status apt_mod_set_digoutputs_decode(
  * MOD_REQ_DIGOUTPUTS (0x0214), to the controller, header only; Issue 37, page 58. Answered by
  * MOD_GET_DIGOUTPUTS.
  *
- * Erratum apt37-list-bpc-digoutputs: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+ * Erratum apt37-list-bpc-digoutputs (MOD_DIGOUTPUTS in the lists of BPC20x and BPC30x): printed
+ * MOD_SET_DIGOUTPUTS; encoded not in the list.
  *
- * Erratum apt37-list-kcube-digoutputs: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-kcube-digoutputs (MOD_DIGOUTPUTS in the lists of KPZ101 and KSG101): printed
+ * nothing; encoded MOD_GET_DIGOUTPUTS.
  *
- * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ * Erratum apt37-list-kna101-vendor-software (Messages that the list of the KNA101 omits): printed
+ * nothing; encoded HW_GET_KCUBEMMILOCK.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mod_req_digoutputs {
     /**
@@ -1629,13 +1649,17 @@ static inline apt_status apt_mod_req_digoutputs_decode(
  *
  * MOD_GET_DIGOUTPUTS (0x0215), to the host, header only; Issue 37, page 58.
  *
- * Erratum apt37-list-bpc-digoutputs: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+ * Erratum apt37-list-bpc-digoutputs (MOD_DIGOUTPUTS in the lists of BPC20x and BPC30x): printed
+ * MOD_SET_DIGOUTPUTS; encoded not in the list.
  *
- * Erratum apt37-list-kcube-digoutputs: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-kcube-digoutputs (MOD_DIGOUTPUTS in the lists of KPZ101 and KSG101): printed
+ * nothing; encoded MOD_GET_DIGOUTPUTS.
  *
- * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ * Erratum apt37-list-kna101-vendor-software (Messages that the list of the KNA101 omits): printed
+ * nothing; encoded HW_GET_KCUBEMMILOCK.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mod_get_digoutputs {
     /** A set writes all outputs at once; bits APT_CONTROL_IO_OUTPUTS_...; from 0 to 255. */
@@ -1827,7 +1851,8 @@ static inline apt_status apt_mod_identify_decode(
  *
  * Also described in Issue 37, page 56.
  *
- * Erratum apt-rack-req-statusbits-id: printed 28 02; encoded 26 02.
+ * Erratum apt-rack-req-statusbits-id (RACK_REQ_STATUSBITS, id in the byte table): printed 28 02;
+ * encoded 26 02.
  */
 typedef struct apt_rack_req_statusbits {
     /**
@@ -1925,13 +1950,15 @@ static inline apt_status apt_rack_req_statusbits_decode(
  *
  * Also described in Issue 37, page 56.
  *
- * Erratum apt-digital-inputs-outputs: printed Digital output 1 to 4 on page 25, Digital input 1 to
- * 4 on page 26; encoded inputs on page 25, outputs on page 26.
+ * Erratum apt-digital-inputs-outputs (Bit tables of the digital inputs and outputs): printed
+ * Digital output 1 to 4 on page 25, Digital input 1 to 4 on page 26; encoded inputs on page 25,
+ * outputs on page 26.
  *
- * Erratum apt-rack-get-statusbits-numbers: printed 0 to 5, 7 to 10; encoded 0 to 9.
+ * Erratum apt-rack-get-statusbits-numbers (RACK_GET_STATUSBITS, row of byte numbers): printed 0 to
+ * 5, 7 to 10; encoded 0 to 9.
  *
- * Erratum apt-rack-statusbits-example-flag: printed destination 01 before a data packet; encoded
- * 81.
+ * Erratum apt-rack-statusbits-example-flag (RACK_GET_STATUSBITS, worked example): printed
+ * destination 01 before a data packet; encoded 81.
  */
 typedef struct apt_rack_get_statusbits {
     /**
@@ -2032,13 +2059,15 @@ static inline apt_status apt_rack_get_statusbits_decode(
  *
  * Also described in Issue 37, page 57.
  *
- * Erratum apt-digital-inputs-outputs: printed Digital output 1 to 4 on page 25, Digital input 1 to
- * 4 on page 26; encoded inputs on page 25, outputs on page 26.
+ * Erratum apt-digital-inputs-outputs (Bit tables of the digital inputs and outputs): printed
+ * Digital output 1 to 4 on page 25, Digital input 1 to 4 on page 26; encoded inputs on page 25,
+ * outputs on page 26.
  *
- * Erratum apt-digoutputs-integer: printed a single 32 bit integer parameter; encoded one byte of
- * the header.
+ * Erratum apt-digoutputs-integer (RACK digital outputs): printed a single 32 bit integer parameter;
+ * encoded one byte of the header.
  *
- * Erratum apt-rack-digoutputs-example-bay: printed 22 in byte 3; encoded 00.
+ * Erratum apt-rack-digoutputs-example-bay (RACK_SET_DIGOUTPUTS, worked example): printed 22 in byte
+ * 3; encoded 00.
  */
 typedef struct apt_rack_set_digoutputs {
     /** A set writes all four outputs at once; bits APT_RACK_DIGITAL_OUTPUTS_...; from 0 to 255. */
@@ -2133,8 +2162,8 @@ static inline apt_status apt_rack_set_digoutputs_decode(
  *
  * Also described in Issue 37, page 57.
  *
- * Erratum apt-digoutputs-integer: printed a single 32 bit integer parameter; encoded one byte of
- * the header.
+ * Erratum apt-digoutputs-integer (RACK digital outputs): printed a single 32 bit integer parameter;
+ * encoded one byte of the header.
  */
 typedef struct apt_rack_req_digoutputs {
     /** Unused parameter byte; from 0 to 255. */
@@ -2230,12 +2259,13 @@ static inline apt_status apt_rack_req_digoutputs_decode(
  *
  * Also described in Issue 37, page 57.
  *
- * Erratum apt-digoutputs-integer: printed a single 32 bit integer parameter; encoded one byte of
- * the header.
+ * Erratum apt-digoutputs-integer (RACK digital outputs): printed a single 32 bit integer parameter;
+ * encoded one byte of the header.
  *
- * Erratum apt-rack-get-digoutputs-parameter: printed 00; encoded Dig OP.
+ * Erratum apt-rack-get-digoutputs-parameter (RACK_GET_DIGOUTPUTS, first parameter in the byte
+ * table): printed 00; encoded Dig OP.
  *
- * Erratum apt37-rack-digoutputs: printed 00; encoded dig_op.
+ * Erratum apt37-rack-digoutputs (RACK_GET_DIGOUTPUTS, first parameter): printed 00; encoded dig_op.
  */
 typedef struct apt_rack_get_digoutputs {
     /** A set writes all four outputs at once; bits APT_RACK_DIGITAL_OUTPUTS_...; from 0 to 255. */
@@ -2329,9 +2359,11 @@ static inline apt_status apt_rack_get_digoutputs_decode(
  *
  * HW_SET_KCUBEMMILOCK (0x0250), to the controller, header only; Issue 37, page 59.
  *
- * Erratum apt37-kcubemmilock-volatile: printed non-volatile; encoded lost with the power.
+ * Erratum apt37-kcubemmilock-volatile (HW_SET_KCUBEMMILOCK, storage): printed non-volatile; encoded
+ * lost with the power.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_set_kcubemmilock {
     /** Unused parameter byte; from 0 to 255. */
@@ -2426,11 +2458,14 @@ static inline apt_status apt_hw_set_kcubemmilock_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ * Erratum apt37-list-kna101-vendor-software (Messages that the list of the KNA101 omits): printed
+ * nothing; encoded HW_GET_KCUBEMMILOCK.
  *
- * Erratum apt37-list-laser-lock: printed nothing; encoded HW_REQ_KCUBEMMILOCK.
+ * Erratum apt37-list-laser-lock (Lock of the top panel in the lists of K-Cube lasers): printed
+ * nothing; encoded HW_REQ_KCUBEMMILOCK.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_req_kcubemmilock {
     /** Unused parameter byte; from 0 to 255. */
@@ -2528,11 +2563,14 @@ static inline apt_status apt_hw_req_kcubemmilock_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ * Erratum apt37-list-kna101-vendor-software (Messages that the list of the KNA101 omits): printed
+ * nothing; encoded HW_GET_KCUBEMMILOCK.
  *
- * Erratum apt37-list-laser-lock: printed nothing; encoded HW_REQ_KCUBEMMILOCK.
+ * Erratum apt37-list-laser-lock (Lock of the top panel in the lists of K-Cube lasers): printed
+ * nothing; encoded HW_REQ_KCUBEMMILOCK.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_get_kcubemmilock {
     /** Unused parameter byte; from 0 to 255. */

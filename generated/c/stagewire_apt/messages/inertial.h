@@ -141,7 +141,7 @@ static inline apt_status apt_pzmot_set_conversionfactor_decode(
  * PZMOT_SET_POSCOUNTERS (0x08C0, sub-message 5), to the controller, 12 bytes of data; Issue 37,
  * page 372.
  *
- * Erratum apt37-poscounters-length: printed 0E 00; encoded 0C 00.
+ * Erratum apt37-poscounters-length (PZMOT_SET_POSCOUNTERS, length): printed 0E 00; encoded 0C 00.
  */
 typedef struct apt_pzmot_set_poscounters {
     /** Always 0x05. */
@@ -260,10 +260,11 @@ static inline apt_status apt_pzmot_set_poscounters_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-pzmot-drive-breakdown-figures: printed 100 V for 6E, 10,000 for 0186A0, and a
- * packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14 bytes.
+ * Erratum apt37-pzmot-drive-breakdown-figures (figures in the explanations): printed 100 V for 6E,
+ * 10,000 for 0186A0, and a packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14 bytes.
  *
- * Erratum apt37-pzmot-set-example-addresses: printed 81 50; encoded D0 01.
+ * Erratum apt37-pzmot-set-example-addresses (addresses of the SET examples): printed 81 50; encoded
+ * D0 01.
  */
 typedef struct apt_pzmot_set_driveopparams {
     /** Always 0x07. */
@@ -385,10 +386,11 @@ static inline apt_status apt_pzmot_set_driveopparams_decode(
  * PZMOT_SET_TIMJOGPARAMS (0x08C0, sub-message 9), to the controller, 18 bytes of data; Issue 37,
  * page 376.
  *
- * Erratum apt37-pzmot-drive-breakdown-figures: printed 100 V for 6E, 10,000 for 0186A0, and a
- * packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14 bytes.
+ * Erratum apt37-pzmot-drive-breakdown-figures (figures in the explanations): printed 100 V for 6E,
+ * 10,000 for 0186A0, and a packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14 bytes.
  *
- * Erratum apt37-pzmot-set-example-addresses: printed 81 50; encoded D0 01.
+ * Erratum apt37-pzmot-set-example-addresses (addresses of the SET examples): printed 81 50; encoded
+ * D0 01.
  */
 typedef struct apt_pzmot_set_timjogparams {
     /** Always 0x09. */
@@ -520,7 +522,8 @@ static inline apt_status apt_pzmot_set_timjogparams_decode(
  * For future use with actuators that have an encoder. Not implemented when the document was
  * written.
  *
- * Erratum apt37-pzmot-set-example-addresses: printed 81 50; encoded D0 01.
+ * Erratum apt37-pzmot-set-example-addresses (addresses of the SET examples): printed 81 50; encoded
+ * D0 01.
  */
 typedef struct apt_pzmot_set_limswitchparams {
     /** Always 0x0b. */
@@ -638,7 +641,8 @@ static inline apt_status apt_pzmot_set_limswitchparams_decode(
  *
  * The slider returns to its centre, where the motor is at rest. The rate grows with the deflection.
  *
- * Erratum apt37-pzmot-set-example-addresses: printed 81 50; encoded D0 01.
+ * Erratum apt37-pzmot-set-example-addresses (addresses of the SET examples): printed 81 50; encoded
+ * D0 01.
  */
 typedef struct apt_pzmot_set_timpotparams {
     /** Always 0x11. */
@@ -748,7 +752,8 @@ static inline apt_status apt_pzmot_set_timpotparams_decode(
  * PZMOT_SET_TIMBUTTONPARAMS (0x08C0, sub-message 19), to the controller, 18 bytes of data; Issue
  * 37, page 379.
  *
- * Erratum apt37-pzmot-set-example-addresses: printed 81 50; encoded D0 01.
+ * Erratum apt37-pzmot-set-example-addresses (addresses of the SET examples): printed 81 50; encoded
+ * D0 01.
  */
 typedef struct apt_pzmot_set_timbuttonparams {
     /** Always 0x13. */
@@ -881,7 +886,7 @@ static inline apt_status apt_pzmot_set_timbuttonparams_decode(
  * The length that the vendor's XA software sends and its simulated KIM101 reports. Only reserved
  * bytes differ.
  *
- * Erratum apt37-kim-mmi-lengths: printed nothing; encoded word.
+ * Erratum apt37-kim-mmi-lengths (PZMOT_SET_KCUBEMMIPARAMS, length): printed nothing; encoded word.
  */
 typedef struct apt_pzmot_set_kcubemmiparams {
     /** Always 0x15. */
@@ -1022,7 +1027,7 @@ static inline apt_status apt_pzmot_set_kcubemmiparams_decode(
  *
  * The 24 bytes of the text and the offsets. The length cells of the document have 28.
  *
- * Erratum apt37-kim-mmi-lengths: printed nothing; encoded word.
+ * Erratum apt37-kim-mmi-lengths (PZMOT_SET_KCUBEMMIPARAMS, length): printed nothing; encoded word.
  */
 typedef struct apt_pzmot_set_kcubemmiparams_short {
     /** Always 0x15. */
@@ -1176,8 +1181,8 @@ static inline apt_status apt_pzmot_set_kcubemmiparams_short_decode(
  * It can change the level of a port, and afterwards an edge at an input can start a move. Do not
  * apply a voltage outside of 0 to 5 V to a port.
  *
- * Erratum apt37-pzmot-kcubetrigioconfig-example: printed C2 08, and 16 bytes after a header for 26;
- * encoded C0 08, and 26 bytes.
+ * Erratum apt37-pzmot-kcubetrigioconfig-example (id and length of the example): printed C2 08, and
+ * 16 bytes after a header for 26; encoded C0 08, and 26 bytes.
  */
 typedef struct apt_pzmot_set_kcubetrigioconfig {
     /** Always 0x17. */
@@ -1744,13 +1749,14 @@ static inline apt_status apt_pzmot_set_kcubechanenablemode_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-pzmot-drive-breakdown-figures: printed 100 V for 6E, 10,000 for 0186A0, and a
- * packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14 bytes.
+ * Erratum apt37-pzmot-drive-breakdown-figures (figures in the explanations): printed 100 V for 6E,
+ * 10,000 for 0186A0, and a packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14 bytes.
  *
- * Erratum apt37-pzmot-kcubejogparams-example-short: printed one step size, 18 bytes after a header
- * for 22; encoded 250 forward and 260 in reverse, 22 bytes.
+ * Erratum apt37-pzmot-kcubejogparams-example-short (step sizes of the example): printed one step
+ * size, 18 bytes after a header for 22; encoded 250 forward and 260 in reverse, 22 bytes.
  *
- * Erratum apt37-pzmot-set-example-addresses: printed 81 50; encoded D0 01.
+ * Erratum apt37-pzmot-set-example-addresses (addresses of the SET examples): printed 81 50; encoded
+ * D0 01.
  */
 typedef struct apt_pzmot_set_kcubejogparams {
     /** Always 0x2d. */
@@ -1888,7 +1894,8 @@ static inline apt_status apt_pzmot_set_kcubejogparams_decode(
  * The printed layout and eight reserved bytes, as the vendor's XA software sends them and its
  * simulated KIM101 reports them.
  *
- * Erratum apt37-pzmot-set-example-addresses: printed 81 50; encoded D0 01.
+ * Erratum apt37-pzmot-set-example-addresses (addresses of the SET examples): printed 81 50; encoded
+ * D0 01.
  */
 typedef struct apt_pzmot_set_kcubefeedbacksigparams {
     /** Always 0x30. */
@@ -2011,7 +2018,8 @@ static inline apt_status apt_pzmot_set_kcubefeedbacksigparams_decode(
  *
  * The layout that pages 398 and 399 print.
  *
- * Erratum apt37-pzmot-set-example-addresses: printed 81 50; encoded D0 01.
+ * Erratum apt37-pzmot-set-example-addresses (addresses of the SET examples): printed 81 50; encoded
+ * D0 01.
  */
 typedef struct apt_pzmot_set_kcubefeedbacksigparams_short {
     /** Always 0x30. */
@@ -2133,9 +2141,11 @@ static inline apt_status apt_pzmot_set_kcubefeedbacksigparams_short_decode(
  * PZMOT_SET_KCUBEMOVERELATIVEPARAMS (0x08C0, sub-message 50), to the controller, 8 bytes of data;
  * Issue 37, page 400.
  *
- * Erratum apt37-pzmot-moveparams-example-short: printed two bytes; encoded four bytes.
+ * Erratum apt37-pzmot-moveparams-example-short (distances of the examples): printed two bytes;
+ * encoded four bytes.
  *
- * Erratum apt37-pzmot-set-example-addresses: printed 81 50; encoded D0 01.
+ * Erratum apt37-pzmot-set-example-addresses (addresses of the SET examples): printed 81 50; encoded
+ * D0 01.
  */
 typedef struct apt_pzmot_set_kcubemoverelativeparams {
     /** Always 0x32. */
@@ -2253,9 +2263,11 @@ static inline apt_status apt_pzmot_set_kcubemoverelativeparams_decode(
  * PZMOT_SET_KCUBEMOVEABSOLUTEPARAMS (0x08C0, sub-message 52), to the controller, 8 bytes of data;
  * Issue 37, page 401.
  *
- * Erratum apt37-pzmot-moveparams-example-short: printed two bytes; encoded four bytes.
+ * Erratum apt37-pzmot-moveparams-example-short (distances of the examples): printed two bytes;
+ * encoded four bytes.
  *
- * Erratum apt37-pzmot-set-example-addresses: printed 81 50; encoded D0 01.
+ * Erratum apt37-pzmot-set-example-addresses (addresses of the SET examples): printed 81 50; encoded
+ * D0 01.
  */
 typedef struct apt_pzmot_set_kcubemoveabsoluteparams {
     /** Always 0x34. */
@@ -3478,12 +3490,13 @@ static inline apt_status apt_pzmot_req_conversionfactor_decode(
  * PZMOT_REQ_POSCOUNTERS (0x08C1, sub-message 5), to the controller, header only; Issue 37, page
  * 372. Answered by PZMOT_GET_POSCOUNTERS.
  *
- * Erratum apt37-pzmot-poscounts-request-flag: printed D0; encoded 50.
+ * Erratum apt37-pzmot-poscounts-request-flag (destination of the request): printed D0; encoded 50.
  *
- * Erratum apt37-pzmot-request-channel: printed 01; encoded chan_ident.
+ * Erratum apt37-pzmot-request-channel (requests of parameters of one channel, second parameter):
+ * printed 01; encoded chan_ident.
  *
- * Erratum apt37-pzmot-request-sub-message-place: printed the first two bytes of the packet; encoded
- * the third byte of the header.
+ * Erratum apt37-pzmot-request-sub-message-place (place of the number of a sub-message in a
+ * request): printed the first two bytes of the packet; encoded the third byte of the header.
  */
 typedef struct apt_pzmot_req_poscounters {
     /** Always 0x05. */
@@ -3583,7 +3596,8 @@ static inline apt_status apt_pzmot_req_poscounters_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-pzmot-request-channel: printed 01; encoded chan_ident.
+ * Erratum apt37-pzmot-request-channel (requests of parameters of one channel, second parameter):
+ * printed 01; encoded chan_ident.
  */
 typedef struct apt_pzmot_req_driveopparams {
     /** Always 0x07. */
@@ -3681,7 +3695,8 @@ static inline apt_status apt_pzmot_req_driveopparams_decode(
  * PZMOT_REQ_TIMJOGPARAMS (0x08C1, sub-message 9), to the controller, header only; Issue 37, pages
  * 376, 377. Answered by PZMOT_GET_TIMJOGPARAMS.
  *
- * Erratum apt37-pzmot-request-channel: printed 01; encoded chan_ident.
+ * Erratum apt37-pzmot-request-channel (requests of parameters of one channel, second parameter):
+ * printed 01; encoded chan_ident.
  */
 typedef struct apt_pzmot_req_timjogparams {
     /** Always 0x09. */
@@ -3779,9 +3794,11 @@ static inline apt_status apt_pzmot_req_timjogparams_decode(
  * PZMOT_REQ_LIMSWITCHPARAMS (0x08C1, sub-message 11), to the controller, header only; Issue 37,
  * pages 381, 382. Answered by PZMOT_GET_LIMSWITCHPARAMS.
  *
- * Erratum apt37-pzmot-limswitchparams-request: printed 13; encoded 0B.
+ * Erratum apt37-pzmot-limswitchparams-request (sub-message of the request in the example): printed
+ * 13; encoded 0B.
  *
- * Erratum apt37-pzmot-request-channel: printed 01; encoded chan_ident.
+ * Erratum apt37-pzmot-request-channel (requests of parameters of one channel, second parameter):
+ * printed 01; encoded chan_ident.
  */
 typedef struct apt_pzmot_req_limswitchparams {
     /** Always 0x0b. */
@@ -3882,7 +3899,8 @@ static inline apt_status apt_pzmot_req_limswitchparams_decode(
  * For future use with closed loop homing. Not implemented when the document was written, and
  * without a SET.
  *
- * Erratum apt37-pzmot-request-channel: printed 01; encoded chan_ident.
+ * Erratum apt37-pzmot-request-channel (requests of parameters of one channel, second parameter):
+ * printed 01; encoded chan_ident.
  */
 typedef struct apt_pzmot_req_homeparams {
     /** Always 0x0f. */
@@ -3980,9 +3998,11 @@ static inline apt_status apt_pzmot_req_homeparams_decode(
  * PZMOT_REQ_TIMPOTPARAMS (0x08C1, sub-message 17), to the controller, header only; Issue 37, page
  * 378. Answered by PZMOT_GET_TIMPOTPARAMS.
  *
- * Erratum apt37-pzmot-request-channel: printed 01; encoded chan_ident.
+ * Erratum apt37-pzmot-request-channel (requests of parameters of one channel, second parameter):
+ * printed 01; encoded chan_ident.
  *
- * Erratum apt37-tim-pot-request: printed 09; encoded 11.
+ * Erratum apt37-tim-pot-request (PZMOT_REQ_TIMPOTPARAMS, sub-message in the byte table): printed
+ * 09; encoded 11.
  */
 typedef struct apt_pzmot_req_timpotparams {
     /** Always 0x11. */
@@ -4080,7 +4100,8 @@ static inline apt_status apt_pzmot_req_timpotparams_decode(
  * PZMOT_REQ_TIMBUTTONPARAMS (0x08C1, sub-message 19), to the controller, header only; Issue 37,
  * pages 379, 380. Answered by PZMOT_GET_TIMBUTTONPARAMS.
  *
- * Erratum apt37-pzmot-request-channel: printed 01; encoded chan_ident.
+ * Erratum apt37-pzmot-request-channel (requests of parameters of one channel, second parameter):
+ * printed 01; encoded chan_ident.
  */
 typedef struct apt_pzmot_req_timbuttonparams {
     /** Always 0x13. */
@@ -4178,7 +4199,8 @@ static inline apt_status apt_pzmot_req_timbuttonparams_decode(
  * PZMOT_REQ_KCUBEMMIPARAMS (0x08C1, sub-message 21), to the controller, header only; Issue 37,
  * pages 385, 386. Answered by PZMOT_GET_KCUBEMMIPARAMS.
  *
- * Erratum apt37-pzmot-request-channel: printed 01; encoded chan_ident.
+ * Erratum apt37-pzmot-request-channel (requests of parameters of one channel, second parameter):
+ * printed 01; encoded chan_ident.
  */
 typedef struct apt_pzmot_req_kcubemmiparams {
     /** Always 0x15. */
@@ -4276,7 +4298,8 @@ static inline apt_status apt_pzmot_req_kcubemmiparams_decode(
  * PZMOT_REQ_KCUBETRIGIOCONFIG (0x08C1, sub-message 23), to the controller, header only; Issue 37,
  * pages 387, 390. Answered by PZMOT_GET_KCUBETRIGIOCONFIG.
  *
- * Erratum apt37-kim-request-sub-message: printed 01; encoded 2B.
+ * Erratum apt37-kim-request-sub-message (requests of K-Cube parameters, sub-message and channel):
+ * printed 01; encoded 2B.
  */
 typedef struct apt_pzmot_req_kcubetrigioconfig {
     /** Always 0x17. */
@@ -4382,9 +4405,11 @@ static inline apt_status apt_pzmot_req_kcubetrigioconfig_decode(
  * PZMOT_REQ_KCUBETRIGPARAMS (0x08C1, sub-message 25), to the controller, header only; Issue 37,
  * pages 391, 393. Answered by PZMOT_GET_KCUBETRIGPARAMS.
  *
- * Erratum apt37-kim-request-sub-message: printed 01; encoded 2B.
+ * Erratum apt37-kim-request-sub-message (requests of K-Cube parameters, sub-message and channel):
+ * printed 01; encoded 2B.
  *
- * Erratum apt37-pzmot-requests-sub-message: printed 01; encoded 19, 2D and 30.
+ * Erratum apt37-pzmot-requests-sub-message (sub-message of the requests in the examples): printed
+ * 01; encoded 19, 2D and 30.
  */
 typedef struct apt_pzmot_req_kcubetrigparams {
     /** Always 0x19. */
@@ -4484,7 +4509,8 @@ static inline apt_status apt_pzmot_req_kcubetrigparams_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-kim-request-sub-message: printed 01; encoded 2B.
+ * Erratum apt37-kim-request-sub-message (requests of K-Cube parameters, sub-message and channel):
+ * printed 01; encoded 2B.
  */
 typedef struct apt_pzmot_req_kcubechanenablemode {
     /** Always 0x2b. */
@@ -4592,9 +4618,11 @@ static inline apt_status apt_pzmot_req_kcubechanenablemode_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-kim-request-sub-message: printed 01; encoded 2B.
+ * Erratum apt37-kim-request-sub-message (requests of K-Cube parameters, sub-message and channel):
+ * printed 01; encoded 2B.
  *
- * Erratum apt37-pzmot-requests-sub-message: printed 01; encoded 19, 2D and 30.
+ * Erratum apt37-pzmot-requests-sub-message (sub-message of the requests in the examples): printed
+ * 01; encoded 19, 2D and 30.
  */
 typedef struct apt_pzmot_req_kcubejogparams {
     /** Always 0x2d. */
@@ -4692,9 +4720,11 @@ static inline apt_status apt_pzmot_req_kcubejogparams_decode(
  * PZMOT_REQ_KCUBEFEEDBACKSIGPARAMS (0x08C1, sub-message 48), to the controller, header only; Issue
  * 37, pages 398, 399. Answered by PZMOT_GET_KCUBEFEEDBACKSIGPARAMS.
  *
- * Erratum apt37-kim-request-sub-message: printed 01; encoded 2B.
+ * Erratum apt37-kim-request-sub-message (requests of K-Cube parameters, sub-message and channel):
+ * printed 01; encoded 2B.
  *
- * Erratum apt37-pzmot-requests-sub-message: printed 01; encoded 19, 2D and 30.
+ * Erratum apt37-pzmot-requests-sub-message (sub-message of the requests in the examples): printed
+ * 01; encoded 19, 2D and 30.
  */
 typedef struct apt_pzmot_req_kcubefeedbacksigparams {
     /** Always 0x30. */
@@ -4800,7 +4830,8 @@ static inline apt_status apt_pzmot_req_kcubefeedbacksigparams_decode(
  * PZMOT_REQ_KCUBEMOVERELATIVEPARAMS (0x08C1, sub-message 50), to the controller, header only; Issue
  * 37, page 400. Answered by PZMOT_GET_KCUBEMOVERELATIVEPARAMS.
  *
- * Erratum apt37-kim-request-sub-message: printed 01; encoded 2B.
+ * Erratum apt37-kim-request-sub-message (requests of K-Cube parameters, sub-message and channel):
+ * printed 01; encoded 2B.
  */
 typedef struct apt_pzmot_req_kcubemoverelativeparams {
     /** Always 0x32. */
@@ -4906,7 +4937,8 @@ static inline apt_status apt_pzmot_req_kcubemoverelativeparams_decode(
  * PZMOT_REQ_KCUBEMOVEABSOLUTEPARAMS (0x08C1, sub-message 52), to the controller, header only; Issue
  * 37, page 401. Answered by PZMOT_GET_KCUBEMOVEABSOLUTEPARAMS.
  *
- * Erratum apt37-kim-request-sub-message: printed 01; encoded 2B.
+ * Erratum apt37-kim-request-sub-message (requests of K-Cube parameters, sub-message and channel):
+ * printed 01; encoded 2B.
  */
 typedef struct apt_pzmot_req_kcubemoveabsoluteparams {
     /** Always 0x34. */
@@ -6024,7 +6056,7 @@ static inline apt_status apt_pzmot_get_conversionfactor_decode(
  * PZMOT_GET_POSCOUNTERS (0x08C2, sub-message 5), to the host, 12 bytes of data; Issue 37, pages
  * 372, 373.
  *
- * Erratum apt37-poscounters-length: printed 0E 00; encoded 0C 00.
+ * Erratum apt37-poscounters-length (PZMOT_SET_POSCOUNTERS, length): printed 0E 00; encoded 0C 00.
  */
 typedef struct apt_pzmot_get_poscounters {
     /** Always 0x05. */
@@ -6866,7 +6898,7 @@ static inline apt_status apt_pzmot_get_timbuttonparams_decode(
  * The length that the vendor's XA software sends and its simulated KIM101 reports. Only reserved
  * bytes differ.
  *
- * Erratum apt37-kim-mmi-lengths: printed nothing; encoded word.
+ * Erratum apt37-kim-mmi-lengths (PZMOT_SET_KCUBEMMIPARAMS, length): printed nothing; encoded word.
  */
 typedef struct apt_pzmot_get_kcubemmiparams {
     /** Always 0x15. */
@@ -7007,7 +7039,7 @@ static inline apt_status apt_pzmot_get_kcubemmiparams_decode(
  *
  * The 24 bytes of the text and the offsets. The length cells of the document have 28.
  *
- * Erratum apt37-kim-mmi-lengths: printed nothing; encoded word.
+ * Erratum apt37-kim-mmi-lengths (PZMOT_SET_KCUBEMMIPARAMS, length): printed nothing; encoded word.
  */
 typedef struct apt_pzmot_get_kcubemmiparams_short {
     /** Always 0x15. */
@@ -7158,7 +7190,8 @@ static inline apt_status apt_pzmot_get_kcubemmiparams_short_decode(
  * PZMOT_GET_KCUBETRIGIOCONFIG (0x08C2, sub-message 23), to the host, 26 bytes of data; Issue 37,
  * pages 387, 390.
  *
- * Erratum apt37-kim-trigio-reply: printed Trig1Channel1; encoded trig_channel1.
+ * Erratum apt37-kim-trigio-reply (PZMOT_GET_KCUBETRIGIOCONFIG, length and names): printed
+ * Trig1Channel1; encoded trig_channel1.
  */
 typedef struct apt_pzmot_get_kcubetrigioconfig {
     /** Always 0x17. */
@@ -7602,7 +7635,8 @@ static inline apt_status apt_pzmot_get_kcubetrigparams_short_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-kim-reply-ids: printed C0 08; encoded C2 08.
+ * Erratum apt37-kim-reply-ids (replies with K-Cube parameters, id in the byte table): printed C0
+ * 08; encoded C2 08.
  */
 typedef struct apt_pzmot_get_kcubechanenablemode {
     /** Always 0x2b. */
@@ -7716,7 +7750,8 @@ static inline apt_status apt_pzmot_get_kcubechanenablemode_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-kim-jog-reply: printed nothing; encoded jog_step_size_fwd.
+ * Erratum apt37-kim-jog-reply (PZMOT_GET_KCUBEJOGPARAMS, fields): printed nothing; encoded
+ * jog_step_size_fwd.
  */
 typedef struct apt_pzmot_get_kcubejogparams {
     /** Always 0x2d. */
@@ -8095,7 +8130,8 @@ static inline apt_status apt_pzmot_get_kcubefeedbacksigparams_short_decode(
  * PZMOT_GET_KCUBEMOVERELATIVEPARAMS (0x08C2, sub-message 50), to the host, 8 bytes of data; Issue
  * 37, page 400.
  *
- * Erratum apt37-kim-reply-ids: printed C0 08; encoded C2 08.
+ * Erratum apt37-kim-reply-ids (replies with K-Cube parameters, id in the byte table): printed C0
+ * 08; encoded C2 08.
  */
 typedef struct apt_pzmot_get_kcubemoverelativeparams {
     /** Always 0x32. */
@@ -8213,7 +8249,8 @@ static inline apt_status apt_pzmot_get_kcubemoverelativeparams_decode(
  * PZMOT_GET_KCUBEMOVEABSOLUTEPARAMS (0x08C2, sub-message 52), to the host, 8 bytes of data; Issue
  * 37, page 401.
  *
- * Erratum apt37-kim-reply-ids: printed C0 08; encoded C2 08.
+ * Erratum apt37-kim-reply-ids (replies with K-Cube parameters, id in the byte table): printed C0
+ * 08; encoded C2 08.
  */
 typedef struct apt_pzmot_get_kcubemoveabsoluteparams {
     /** Always 0x34. */
@@ -9650,9 +9687,10 @@ static inline apt_status apt_pzmot_move_relative_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-pzmot-move-absolute-id: printed 0x04D8; encoded 0x08D4.
+ * Erratum apt37-pzmot-move-absolute-id (PZMOT_MOVE_ABSOLUTE, id in the list): printed 0x04D8;
+ * encoded 0x08D4.
  *
- * Erratum apt37-tim-list: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+ * Erratum apt37-tim-list (list for the TIM101): printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
  */
 typedef struct apt_pzmot_move_absolute {
     /** See enum apt_channel_bit; from 0 to 65535. */
@@ -9756,9 +9794,10 @@ static inline apt_status apt_pzmot_move_absolute_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-pzmot-move-absolute-id: printed 0x04D8; encoded 0x08D4.
+ * Erratum apt37-pzmot-move-absolute-id (PZMOT_MOVE_ABSOLUTE, id in the list): printed 0x04D8;
+ * encoded 0x08D4.
  *
- * Erratum apt37-tim-list: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+ * Erratum apt37-tim-list (list for the TIM101): printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
  */
 typedef struct apt_pzmot_move_absolute_header {
     /** See enum apt_channel_bit; from 0 to 255. */
@@ -9951,7 +9990,7 @@ static inline apt_status apt_pzmot_move_velocity_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-tim-list: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+ * Erratum apt37-tim-list (list for the TIM101): printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
  */
 typedef struct apt_pzmot_move_completed {
     /** See enum apt_channel_bit; from 0 to 65535. */
@@ -10273,13 +10312,15 @@ static inline apt_status apt_pzmot_move_stopped_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-kim-jog-channels: printed channel 3; encoded nothing.
+ * Erratum apt37-kim-jog-channels (PZMOT_MOVE_JOG, channels 3 and 4): printed channel 3; encoded
+ * nothing.
  *
- * Erratum apt37-pzmot-jog-header: printed 6; encoded 0.
+ * Erratum apt37-pzmot-jog-header (PZMOT_MOVE_JOG, data packet): printed 6; encoded 0.
  *
- * Erratum apt37-pzmot-move-jog-packet: printed 6 bytes after a header; encoded a header alone.
+ * Erratum apt37-pzmot-move-jog-packet (packet of the jog): printed 6 bytes after a header; encoded
+ * a header alone.
  *
- * Erratum apt37-tim-list: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+ * Erratum apt37-tim-list (list for the TIM101): printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
  */
 typedef struct apt_pzmot_move_jog {
     /** See enum apt_channel_bit; from 0 to 255. */
@@ -10375,9 +10416,9 @@ static inline apt_status apt_pzmot_move_jog_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-kim-list: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+ * Erratum apt37-kim-list (list for the KIM101): printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
  *
- * Erratum apt37-tim-list: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+ * Erratum apt37-tim-list (list for the TIM101): printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
  */
 typedef struct apt_pzmot_req_statusupdate {
     /** Unused parameter byte; from 0 to 255. */
@@ -10471,7 +10512,7 @@ static inline apt_status apt_pzmot_req_statusupdate_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-tim-list: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+ * Erratum apt37-tim-list (list for the TIM101): printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
  */
 typedef struct apt_pzmot_get_statusupdate {
     /** Channel 1; see enum apt_channel_bit; from 0 to 65535. */
@@ -10637,7 +10678,7 @@ static inline apt_status apt_pzmot_get_statusupdate_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-tim-list: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+ * Erratum apt37-tim-list (list for the TIM101): printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
  */
 typedef struct apt_pzmot_get_statusupdate_short {
     /** See enum apt_channel_bit; from 0 to 65535. */
@@ -10753,9 +10794,9 @@ static inline apt_status apt_pzmot_get_statusupdate_short_decode(
  *
  * PZMOT_ACK_STATUSUPDATE (0x08E2), to the controller, header only; Issue 37, page 406.
  *
- * Erratum apt37-kim-list: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+ * Erratum apt37-kim-list (list for the KIM101): printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
  *
- * Erratum apt37-tim-list: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+ * Erratum apt37-tim-list (list for the TIM101): printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
  */
 typedef struct apt_pzmot_ack_statusupdate {
     /** Unused parameter byte; from 0 to 255. */

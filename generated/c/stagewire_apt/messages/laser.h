@@ -35,10 +35,12 @@
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-laser-set-point-of-tld001: printed not for the TLD001; encoded also for the TLD001.
+ * Erratum apt37-laser-set-point-of-tld001 (LA_SET_POWERSETPOINT, units): printed not for the
+ * TLD001; encoded also for the TLD001.
  *
- * Erratum apt37-laser-sub-message-list: printed ten sub-messages, all of them for all units;
- * encoded eleven sub-messages, most of them for some units.
+ * Erratum apt37-laser-sub-message-list (LA_SET_PARAMS, list of sub-messages): printed ten
+ * sub-messages, all of them for all units; encoded eleven sub-messages, most of them for some
+ * units.
  */
 typedef struct apt_la_set_powersetpoint {
     /** Always 0x01. */
@@ -367,16 +369,20 @@ static inline apt_status apt_la_set_dispsettings_decode(
  * The polarity must suit the laser diode: a wrong one can damage it. The document does not say
  * whether a change affects an output that is enabled, so disable the output first.
  *
- * Erratum apt37-laser-misc-example-factor: printed 0A, 00, 00, 00 for 10; encoded 00 00 20 41.
+ * Erratum apt37-laser-misc-example-factor (LD_SET_MISCPARAMS, calibration factor of the example):
+ * printed 0A, 00, 00, 00 for 10; encoded 00 00 20 41.
  *
- * Erratum apt37-laser-misc-example-length: printed 08, 00; encoded 0A 00.
+ * Erratum apt37-laser-misc-example-length (LD_SET_MISCPARAMS, length of the example): printed 08,
+ * 00; encoded 0A 00.
  *
- * Erratum apt37-laser-misc-length: printed 08 00; encoded 0A 00.
+ * Erratum apt37-laser-misc-length (LD_SET_MISCPARAMS and LD_GET_MISCPARAMS, length): printed 08 00;
+ * encoded 0A 00.
  *
- * Erratum apt37-laser-misc-rampup: printed nothing; encoded immediate.
+ * Erratum apt37-laser-misc-rampup (LD_SET_MISCPARAMS and LD_GET_MISCPARAMS, rise of the current):
+ * printed nothing; encoded immediate.
  *
- * Erratum apt37-laser-units-of-sub-messages: printed only for the TLD001; encoded also for the
- * KLD101.
+ * Erratum apt37-laser-units-of-sub-messages (LD_CURRENTANDPOWER, LD_MAXCURRENT and LD_MISCPARAMS,
+ * units): printed only for the TLD001; encoded also for the KLD101.
  */
 typedef struct apt_ld_set_miscparams {
     /** Always 0x0d. */
@@ -493,12 +499,14 @@ static inline apt_status apt_ld_set_miscparams_decode(
  * LA_SET_MMIPARAMS (0x0800, sub-message 14), to the controller, 10 bytes of data; Issue 37, page
  * 308.
  *
- * Erratum apt37-laser-mmi-example: printed 0B, 00 and a packet of 8 bytes; encoded 0E 00 and a
- * packet of 10 bytes.
+ * Erratum apt37-laser-mmi-example (LA_SET_MMIPARAMS, sub-message and length of the example):
+ * printed 0B, 00 and a packet of 8 bytes; encoded 0E 00 and a packet of 10 bytes.
  *
- * Erratum apt37-laser-mmi-lengths: printed 08 00; encoded 0A 00.
+ * Erratum apt37-laser-mmi-lengths (LA_SET_MMIPARAMS and LA_GET_MMIPARAMS, lengths): printed 08 00;
+ * encoded 0A 00.
  *
- * Erratum apt37-list-kld101-sub-messages: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+ * Erratum apt37-list-kld101-sub-messages (Sub-messages of the KLD101): printed nothing; encoded
+ * LA_SET_KLDDIGOUTPUTS.
  */
 typedef struct apt_la_set_mmiparams {
     /** Always 0x0e. */
@@ -612,11 +620,14 @@ static inline apt_status apt_la_set_mmiparams_decode(
  *
  * The controller has no information about what is connected to the outputs.
  *
- * Erratum apt37-laser-digoutputs-example-bits: printed 11, 00 for both outputs; encoded 03 00.
+ * Erratum apt37-laser-digoutputs-example-bits (LA_SET_KLDDIGOUTPUTS, bits of the example): printed
+ * 11, 00 for both outputs; encoded 03 00.
  *
- * Erratum apt37-laser-digoutputs-example-id: printed 10, 00; encoded 11 00.
+ * Erratum apt37-laser-digoutputs-example-id (LA_SET_KLDDIGOUTPUTS, sub-message of the example):
+ * printed 10, 00; encoded 11 00.
  *
- * Erratum apt37-list-kld101-sub-messages: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+ * Erratum apt37-list-kld101-sub-messages (Sub-messages of the KLD101): printed nothing; encoded
+ * LA_SET_KLDDIGOUTPUTS.
  */
 typedef struct apt_la_set_klddigoutputs {
     /** Always 0x11. */
@@ -1016,7 +1027,8 @@ static inline apt_status apt_ld_req_currentandpower_decode(
  * LA_REQ_POWERCONTROLSOURCE (0x0801, sub-message 5), to the controller, header only; Issue 37,
  * pages 300, 301. Answered by LA_GET_POWERCONTROLSOURCE.
  *
- * Erratum apt37-laser-source-example-id: printed 01; encoded 05.
+ * Erratum apt37-laser-source-example-id (LA_REQ_POWERCONTROLSOURCE, sub-message of the example):
+ * printed 01; encoded 05.
  */
 typedef struct apt_la_req_powercontrolsource {
     /** Always 0x05. */
@@ -1498,7 +1510,8 @@ static inline apt_status apt_la_req_dispsettings_decode(
  * LD_REQ_MISCPARAMS (0x0801, sub-message 13), to the controller, header only; Issue 37, pages 306,
  * 307. Answered by LD_GET_MISCPARAMS.
  *
- * Erratum apt37-laser-requests: printed 0B; encoded 0D.
+ * Erratum apt37-laser-requests (LD_REQ_MISCPARAMS, LA_REQ_MMIPARAMS and LA_REQ_KLDDIGOUTPUTS,
+ * sub-message): printed 0B; encoded 0D.
  */
 typedef struct apt_ld_req_miscparams {
     /** Always 0x0d. */
@@ -1596,9 +1609,11 @@ static inline apt_status apt_ld_req_miscparams_decode(
  * LA_REQ_MMIPARAMS (0x0801, sub-message 14), to the controller, header only; Issue 37, page 308.
  * Answered by LA_GET_MMIPARAMS.
  *
- * Erratum apt37-laser-requests: printed 0B; encoded 0D.
+ * Erratum apt37-laser-requests (LD_REQ_MISCPARAMS, LA_REQ_MMIPARAMS and LA_REQ_KLDDIGOUTPUTS,
+ * sub-message): printed 0B; encoded 0D.
  *
- * Erratum apt37-list-kld101-sub-messages: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+ * Erratum apt37-list-kld101-sub-messages (Sub-messages of the KLD101): printed nothing; encoded
+ * LA_SET_KLDDIGOUTPUTS.
  */
 typedef struct apt_la_req_mmiparams {
     /** Always 0x0e. */
@@ -1696,9 +1711,11 @@ static inline apt_status apt_la_req_mmiparams_decode(
  * LA_REQ_KLDDIGOUTPUTS (0x0801, sub-message 17), to the controller, header only; Issue 37, page
  * 309. Answered by LA_GET_KLDDIGOUTPUTS.
  *
- * Erratum apt37-laser-requests: printed 0B; encoded 0D.
+ * Erratum apt37-laser-requests (LD_REQ_MISCPARAMS, LA_REQ_MMIPARAMS and LA_REQ_KLDDIGOUTPUTS,
+ * sub-message): printed 0B; encoded 0D.
  *
- * Erratum apt37-list-kld101-sub-messages: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+ * Erratum apt37-list-kld101-sub-messages (Sub-messages of the KLD101): printed nothing; encoded
+ * LA_SET_KLDDIGOUTPUTS.
  */
 typedef struct apt_la_req_klddigoutputs {
     /** Always 0x11. */
@@ -1904,7 +1921,8 @@ static inline apt_status apt_la_get_powersetpoint_decode(
  *
  * LA_GET_CURRENTANDPOWER (0x0802, sub-message 3), to the host, 6 bytes of data; Issue 37, page 298.
  *
- * Erratum apt37-laser-example-addresses: printed D0, 01; encoded 81 50.
+ * Erratum apt37-laser-example-addresses (LA_GET_PARAMS, addresses of the examples): printed D0, 01;
+ * encoded 81 50.
  */
 typedef struct apt_la_get_currentandpower {
     /** Always 0x03. */
@@ -2019,23 +2037,28 @@ static inline apt_status apt_la_get_currentandpower_decode(
  *
  * LD_GET_CURRENTANDPOWER (0x0802, sub-message 4), to the host, 8 bytes of data; Issue 37, page 299.
  *
- * Erratum apt37-laser-diode-example-units: printed 5 mA for a laser with a maximum of 100 mA; 5 %
- * of the full power; encoded 10 mA; 5 % of the TIA range.
+ * Erratum apt37-laser-diode-example-units (LD_GET_CURRENTANDPOWER, units in the breakdown): printed
+ * 5 mA for a laser with a maximum of 100 mA; 5 % of the full power; encoded 10 mA; 5 % of the TIA
+ * range.
  *
- * Erratum apt37-laser-diode-full-scale: printed 200 mA at 32768; encoded a setting that the user
- * gives.
+ * Erratum apt37-laser-diode-full-scale (Full scale of the current of laser diode drivers): printed
+ * 200 mA at 32768; encoded a setting that the user gives.
  *
- * Erratum apt37-laser-example-addresses: printed D0, 01; encoded 81 50.
+ * Erratum apt37-laser-example-addresses (LA_GET_PARAMS, addresses of the examples): printed D0, 01;
+ * encoded 81 50.
  *
- * Erratum apt37-laser-formats: printed word; encoded short.
+ * Erratum apt37-laser-formats (LD_GET_CURRENTANDPOWER, LD_GET_MAXCURRENT and LD_GET_STATUSUPDATE,
+ * formats of signed values): printed word; encoded short.
  *
- * Erratum apt37-laser-sub-message-list: printed ten sub-messages, all of them for all units;
- * encoded eleven sub-messages, most of them for some units.
+ * Erratum apt37-laser-sub-message-list (LA_SET_PARAMS, list of sub-messages): printed ten
+ * sub-messages, all of them for all units; encoded eleven sub-messages, most of them for some
+ * units.
  *
- * Erratum apt37-laser-units-of-sub-messages: printed only for the TLD001; encoded also for the
- * KLD101.
+ * Erratum apt37-laser-units-of-sub-messages (LD_CURRENTANDPOWER, LD_MAXCURRENT and LD_MISCPARAMS,
+ * units): printed only for the TLD001; encoded also for the KLD101.
  *
- * Erratum apt37-ld-current-and-power-length: printed 06 00; encoded 08 00.
+ * Erratum apt37-ld-current-and-power-length (LD_GET_CURRENTANDPOWER, length): printed 06 00;
+ * encoded 08 00.
  */
 typedef struct apt_ld_get_currentandpower {
     /** Always 0x04. */
@@ -2256,9 +2279,11 @@ static inline apt_status apt_la_get_powercontrolsource_decode(
  *
  * LA_GET_STATUSBITS (0x0802, sub-message 7), to the host, 6 bytes of data; Issue 37, page 302.
  *
- * Erratum apt37-kls-status-bits: printed 0x200000; encoded nothing.
+ * Erratum apt37-kls-status-bits (LA_GET_STATUSUPDATE, error of the KLS101): printed 0x200000;
+ * encoded nothing.
  *
- * Erratum apt37-la-statusbits-general: printed nothing; encoded digital_input_1.
+ * Erratum apt37-la-statusbits-general (LA_GET_STATUSBITS, further bits): printed nothing; encoded
+ * digital_input_1.
  */
 typedef struct apt_la_get_statusbits {
     /** Always 0x07. */
@@ -2362,10 +2387,11 @@ static inline apt_status apt_la_get_statusbits_decode(
  *
  * LA_GET_MAXLIMITS (0x0802, sub-message 9), to the host, 8 bytes of data; Issue 37, page 303.
  *
- * Erratum apt37-laser-example-addresses: printed D0, 01; encoded 81 50.
+ * Erratum apt37-laser-example-addresses (LA_GET_PARAMS, addresses of the examples): printed D0, 01;
+ * encoded 81 50.
  *
- * Erratum apt37-laser-maxlimits-example-units: printed 200 mA for C8, 00 and 5 mW for 05, 00;
- * encoded 2 mA and 0.0005 mW by the field table.
+ * Erratum apt37-laser-maxlimits-example-units (LA_GET_MAXLIMITS, units in the breakdown): printed
+ * 200 mA for C8, 00 and 5 mW for 05, 00; encoded 2 mA and 0.0005 mW by the field table.
  */
 typedef struct apt_la_get_maxlimits {
     /** Always 0x09. */
@@ -2478,18 +2504,20 @@ static inline apt_status apt_la_get_maxlimits_decode(
  *
  * LD_GET_MAXCURRENT (0x0802, sub-message 10), to the host, 4 bytes of data; Issue 37, page 304.
  *
- * Erratum apt37-laser-example-addresses: printed D0, 01; encoded 81 50.
+ * Erratum apt37-laser-example-addresses (LA_GET_PARAMS, addresses of the examples): printed D0, 01;
+ * encoded 81 50.
  *
- * Erratum apt37-laser-formats: printed word; encoded short.
+ * Erratum apt37-laser-formats (LD_GET_CURRENTANDPOWER, LD_GET_MAXCURRENT and LD_GET_STATUSUPDATE,
+ * formats of signed values): printed word; encoded short.
  *
- * Erratum apt37-laser-maxcurrent-example-length: printed 8 bytes after a header that announces 4;
- * encoded 4 bytes.
+ * Erratum apt37-laser-maxcurrent-example-length (LD_GET_MAXCURRENT, length of the example): printed
+ * 8 bytes after a header that announces 4; encoded 4 bytes.
  *
- * Erratum apt37-laser-maxcurrent-example-units: printed 200 mA for C8, 00; encoded a share of the
- * full scale: about 1.2 mA of 200 mA.
+ * Erratum apt37-laser-maxcurrent-example-units (LD_GET_MAXCURRENT, unit in the breakdown): printed
+ * 200 mA for C8, 00; encoded a share of the full scale: about 1.2 mA of 200 mA.
  *
- * Erratum apt37-laser-units-of-sub-messages: printed only for the TLD001; encoded also for the
- * KLD101.
+ * Erratum apt37-laser-units-of-sub-messages (LD_CURRENTANDPOWER, LD_MAXCURRENT and LD_MISCPARAMS,
+ * units): printed only for the TLD001; encoded also for the KLD101.
  */
 typedef struct apt_ld_get_maxcurrent {
     /** Always 0x0a. */
@@ -2707,9 +2735,11 @@ static inline apt_status apt_la_get_dispsettings_decode(
  * LD_GET_MISCPARAMS (0x0802, sub-message 13), to the host, 10 bytes of data; Issue 37, pages 306,
  * 307.
  *
- * Erratum apt37-laser-misc-length: printed 08 00; encoded 0A 00.
+ * Erratum apt37-laser-misc-length (LD_SET_MISCPARAMS and LD_GET_MISCPARAMS, length): printed 08 00;
+ * encoded 0A 00.
  *
- * Erratum apt37-laser-misc-rampup: printed nothing; encoded immediate.
+ * Erratum apt37-laser-misc-rampup (LD_SET_MISCPARAMS and LD_GET_MISCPARAMS, rise of the current):
+ * printed nothing; encoded immediate.
  */
 typedef struct apt_ld_get_miscparams {
     /** Always 0x0d. */
@@ -2825,9 +2855,11 @@ static inline apt_status apt_ld_get_miscparams_decode(
  *
  * LA_GET_MMIPARAMS (0x0802, sub-message 14), to the host, 10 bytes of data; Issue 37, page 308.
  *
- * Erratum apt37-laser-mmi-lengths: printed 08 00; encoded 0A 00.
+ * Erratum apt37-laser-mmi-lengths (LA_SET_MMIPARAMS and LA_GET_MMIPARAMS, lengths): printed 08 00;
+ * encoded 0A 00.
  *
- * Erratum apt37-list-kld101-sub-messages: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+ * Erratum apt37-list-kld101-sub-messages (Sub-messages of the KLD101): printed nothing; encoded
+ * LA_SET_KLDDIGOUTPUTS.
  */
 typedef struct apt_la_get_mmiparams {
     /** Always 0x0e. */
@@ -2938,9 +2970,11 @@ static inline apt_status apt_la_get_mmiparams_decode(
  *
  * LA_GET_KLDDIGOUTPUTS (0x0802, sub-message 17), to the host, 6 bytes of data; Issue 37, page 309.
  *
- * Erratum apt37-kld-digoutputs-reply: printed 01 08; encoded 02 08.
+ * Erratum apt37-kld-digoutputs-reply (LA_GET_KLDDIGOUTPUTS, id and length): printed 01 08; encoded
+ * 02 08.
  *
- * Erratum apt37-list-kld101-sub-messages: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+ * Erratum apt37-list-kld101-sub-messages (Sub-messages of the KLD101): printed nothing; encoded
+ * LA_SET_KLDDIGOUTPUTS.
  */
 typedef struct apt_la_get_klddigoutputs {
     /** Always 0x11. */
@@ -3048,7 +3082,8 @@ static inline apt_status apt_la_get_klddigoutputs_decode(
  *
  * LA_SET_EEPROMPARAMS (0x0810), to the controller, 2 bytes of data; Issue 37, page 310.
  *
- * Erratum apt37-laser-eeprom-example: printed 0821, GetStatusUpdate; encoded the id as printed.
+ * Erratum apt37-laser-eeprom-example (LA_SET_EEPROMPARAMS, message in the example): printed 0821,
+ * GetStatusUpdate; encoded the id as printed.
  */
 typedef struct apt_la_set_eepromparams {
     /**
@@ -3332,7 +3367,8 @@ static inline apt_status apt_la_disableoutput_decode(
  *
  * The set point has another meaning in each mode, so the light changes if the output is enabled.
  *
- * Erratum apt37-laser-units-of-headers: printed only for the TLD001; encoded also for the KLD101.
+ * Erratum apt37-laser-units-of-headers (LD_OPENLOOP, LD_CLOSEDLOOP, LD_POTROTATING and
+ * LD_MAXCURRENTADJUST, units): printed only for the TLD001; encoded also for the KLD101.
  */
 typedef struct apt_ld_openloop {
     /** Unused parameter byte; from 0 to 255. */
@@ -3427,7 +3463,8 @@ static inline apt_status apt_ld_openloop_decode(
  * The set point has another meaning in each mode, so the light changes if the output is enabled.
  * The loop raises the current up to its limit if the photodiode receives no light.
  *
- * Erratum apt37-laser-units-of-headers: printed only for the TLD001; encoded also for the KLD101.
+ * Erratum apt37-laser-units-of-headers (LD_OPENLOOP, LD_CLOSEDLOOP, LD_POTROTATING and
+ * LD_MAXCURRENTADJUST, units): printed only for the TLD001; encoded also for the KLD101.
  */
 typedef struct apt_ld_closedloop {
     /** Unused parameter byte; from 0 to 255. */
@@ -3519,7 +3556,8 @@ static inline apt_status apt_ld_closedloop_decode(
  *
  * LD_POTROTATING (0x0815), to the host, header only; Issue 37, page 313.
  *
- * Erratum apt37-laser-units-of-headers: printed only for the TLD001; encoded also for the KLD101.
+ * Erratum apt37-laser-units-of-headers (LD_OPENLOOP, LD_CLOSEDLOOP, LD_POTROTATING and
+ * LD_MAXCURRENTADJUST, units): printed only for the TLD001; encoded also for the KLD101.
  */
 typedef struct apt_ld_potrotating {
     /** Low byte of the angle; from 0 to 255. */
@@ -3613,11 +3651,14 @@ static inline apt_status apt_ld_potrotating_decode(
  * It resets the maximum current to its minimum, about 17 mA, so it changes the light if the output
  * is enabled. With ON the diode stays on during the adjustment.
  *
- * Erratum apt37-laser-header-ids: printed 13 08; encoded 16 08.
+ * Erratum apt37-laser-header-ids (LD_MAXCURRENTADJUST, LD_SET_MAXCURRENTDIGPOT and
+ * LD_REQ_STATUSUPDATE, ids): printed 13 08; encoded 16 08.
  *
- * Erratum apt37-laser-maxcurrentadjust-example-id: printed 13, 08; encoded 16 08.
+ * Erratum apt37-laser-maxcurrentadjust-example-id (LD_MAXCURRENTADJUST, id of the example): printed
+ * 13, 08; encoded 16 08.
  *
- * Erratum apt37-laser-units-of-headers: printed only for the TLD001; encoded also for the KLD101.
+ * Erratum apt37-laser-units-of-headers (LD_OPENLOOP, LD_CLOSEDLOOP, LD_POTROTATING and
+ * LD_MAXCURRENTADJUST, units): printed only for the TLD001; encoded also for the KLD101.
  */
 typedef struct apt_ld_maxcurrentadjust {
     /** See enum apt_max_current_adjustment; from 0 to 255. */
@@ -3716,9 +3757,11 @@ static inline apt_status apt_ld_maxcurrentadjust_decode(
  * adjustment immediately after this message has kept the old limit; with pauses of 0.5 s it kept
  * the new one.
  *
- * Erratum apt37-laser-header-ids: printed 13 08; encoded 16 08.
+ * Erratum apt37-laser-header-ids (LD_MAXCURRENTADJUST, LD_SET_MAXCURRENTDIGPOT and
+ * LD_REQ_STATUSUPDATE, ids): printed 13 08; encoded 16 08.
  *
- * Erratum apt37-laser-maxcurrentdigpot-example-id: printed 13, 08; encoded 17 08.
+ * Erratum apt37-laser-maxcurrentdigpot-example-id (LD_SET_MAXCURRENTDIGPOT, id of the example):
+ * printed 13, 08; encoded 17 08.
  */
 typedef struct apt_ld_set_maxcurrentdigpot {
     /**
@@ -4279,10 +4322,11 @@ static inline apt_status apt_la_req_statusupdate_decode(
  *
  * LA_GET_STATUSUPDATE (0x0821), to the host, 8 bytes of data; Issue 37, page 318.
  *
- * Erratum apt37-kls-status-bits: printed 0x200000; encoded nothing.
+ * Erratum apt37-kls-status-bits (LA_GET_STATUSUPDATE, error of the KLS101): printed 0x200000;
+ * encoded nothing.
  *
- * Erratum apt37-laser-status-full-scale: printed 0 to 32760; encoded 100 % at 32767; the printed
- * maximum is the limit of the range.
+ * Erratum apt37-laser-status-full-scale (LA_GET_STATUSUPDATE, full scale): printed 0 to 32760;
+ * encoded 100 % at 32767; the printed maximum is the limit of the range.
  */
 typedef struct apt_la_get_statusupdate {
     /**
@@ -4482,7 +4526,8 @@ static inline apt_status apt_la_ack_statusupdate_decode(
  * LD_REQ_STATUSUPDATE (0x0825), to the controller, header only; Issue 37, page 321. Answered by
  * LD_GET_STATUSUPDATE.
  *
- * Erratum apt37-laser-header-ids: printed 13 08; encoded 16 08.
+ * Erratum apt37-laser-header-ids (LD_MAXCURRENTADJUST, LD_SET_MAXCURRENTDIGPOT and
+ * LD_REQ_STATUSUPDATE, ids): printed 13 08; encoded 16 08.
  */
 typedef struct apt_ld_req_statusupdate {
     /** Unused parameter byte; from 0 to 255. */
@@ -4575,12 +4620,14 @@ static inline apt_status apt_ld_req_statusupdate_decode(
  *
  * LD_GET_STATUSUPDATE (0x0826), to the host, 14 bytes of data; Issue 37, page 321.
  *
- * Erratum apt37-laser-diode-full-scale: printed 200 mA at 32768; encoded a setting that the user
- * gives.
+ * Erratum apt37-laser-diode-full-scale (Full scale of the current of laser diode drivers): printed
+ * 200 mA at 32768; encoded a setting that the user gives.
  *
- * Erratum apt37-laser-formats: printed word; encoded short.
+ * Erratum apt37-laser-formats (LD_GET_CURRENTANDPOWER, LD_GET_MAXCURRENT and LD_GET_STATUSUPDATE,
+ * formats of signed values): printed word; encoded short.
  *
- * Erratum apt37-ld-current-limit-bit: printed nothing; encoded current_limit.
+ * Erratum apt37-ld-current-limit-bit (LD_GET_STATUSUPDATE, limit of the current): printed nothing;
+ * encoded current_limit.
  */
 typedef struct apt_ld_get_statusupdate {
     /**
@@ -4793,9 +4840,11 @@ static inline apt_status apt_ld_ack_statusupdate_decode(
  *
  * Also named LA_SET_KCUBETRIGCONFIG.
  *
- * Erratum apt37-la-trigger-length: printed 0C 00; encoded 0E 00.
+ * Erratum apt37-la-trigger-length (LA_SET_KCUBETRIGIOCONFIG and LA_GET_KCUBETRIGIOCONFIG, lengths):
+ * printed 0C 00; encoded 0E 00.
  *
- * Erratum apt37-la-trigger-parameters: printed Reserved; encoded trig1_par.
+ * Erratum apt37-la-trigger-parameters (LA_SET_KCUBETRIGIOCONFIG, parameters of the ports): printed
+ * Reserved; encoded trig1_par.
  */
 typedef struct apt_la_set_kcubetrigioconfig {
     /** Always CHAN1; see enum apt_channel; from 0 to 65535. */
@@ -5040,7 +5089,8 @@ static inline apt_status apt_la_req_kcubetrigioconfig_decode(
  *
  * Also named LA_GET_KCUBETRIGCONFIG.
  *
- * Erratum apt37-la-trigger-length: printed 0C 00; encoded 0E 00.
+ * Erratum apt37-la-trigger-length (LA_SET_KCUBETRIGIOCONFIG and LA_GET_KCUBETRIGIOCONFIG, lengths):
+ * printed 0C 00; encoded 0E 00.
  */
 typedef struct apt_la_get_kcubetrigioconfig {
     /** Always CHAN1; see enum apt_channel; from 0 to 65535. */

@@ -21,7 +21,8 @@
  *
  * HW_YES_FLASH_PROGRAMMING (0x0017), to the controller, header only; Issue 37, page 62.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_yes_flash_programming {
     /** Unused parameter byte; from 0 to 255. */
@@ -113,7 +114,8 @@ static inline apt_status apt_hw_yes_flash_programming_decode(
  *
  * HW_NO_FLASH_PROGRAMMING (0x0018), to the controller, header only; Issue 37, page 62.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_hw_no_flash_programming {
     /** Unused parameter byte; from 0 to 255. */
@@ -212,7 +214,7 @@ static inline apt_status apt_hw_no_flash_programming_decode(
  * The printed layout with eight reserved bytes instead of two, as the vendor's XA software
  * simulates it for the BBD303 and as its C headers have it.
  *
- * Erratum apt37-mottrigio-length: printed 0C 00; encoded 2E 00.
+ * Erratum apt37-mottrigio-length (MOT_SET_MOTTRIGIOCONFIG, length): printed 0C 00; encoded 2E 00.
  */
 typedef struct apt_mot_set_mottrigioconfig {
     /** See enum apt_motor_channel; from 0 to 65535. */
@@ -378,7 +380,7 @@ static inline apt_status apt_mot_set_mottrigioconfig_decode(
  *
  * The layout that pages 156 and 160 print, although the length in the header is printed as 0C.
  *
- * Erratum apt37-mottrigio-length: printed 0C 00; encoded 2E 00.
+ * Erratum apt37-mottrigio-length (MOT_SET_MOTTRIGIOCONFIG, length): printed 0C 00; encoded 2E 00.
  */
 typedef struct apt_mot_set_mottrigioconfig_short {
     /** See enum apt_motor_channel; from 0 to 65535. */
@@ -977,7 +979,8 @@ static inline apt_status apt_mot_get_mottrigioconfig_short_decode(
  *
  * It can change the voltage at the connector.
  *
- * Erratum apt37-bbd30x-length-cells: printed 0C 00; encoded 06 00.
+ * Erratum apt37-bbd30x-length-cells (length cells of the BBD30x messages): printed 0C 00; encoded
+ * 06 00.
  */
 typedef struct apt_mot_set_ioconfig {
     /** Connector to configure; see enum apt_io_port; from 0 to 65535. */
@@ -1078,7 +1081,7 @@ static inline apt_status apt_mot_set_ioconfig_decode(
  * MOT_REQ_IOCONFIG (0x0264), to the controller, header only; Issue 37, pages 161, 162. Answered by
  * MOT_GET_IOCONFIG.
  *
- * Erratum apt37-ioconfig-port: printed 03; encoded io_port.
+ * Erratum apt37-ioconfig-port (MOT_REQ_IOCONFIG, second parameter): printed 03; encoded io_port.
  */
 typedef struct apt_mot_req_ioconfig {
     /** 1 in the example, which asks for connector 3; see enum apt_motor_channel; from 0 to 255. */
@@ -1272,7 +1275,8 @@ static inline apt_status apt_mot_get_ioconfig_decode(
  *
  * It can change the level of the outputs.
  *
- * Erratum apt37-bbd30x-length-cells: printed 0C 00; encoded 06 00.
+ * Erratum apt37-bbd30x-length-cells (length cells of the BBD30x messages): printed 0C 00; encoded
+ * 06 00.
  */
 typedef struct apt_mot_set_auxioconfig {
     /** Output ports to configure; bits APT_AUX_OUTPUT_PORTS_...; from 0 to 65535. */
@@ -1565,9 +1569,11 @@ static inline apt_status apt_mot_get_auxioconfig_decode(
  *
  * It can change the voltage at the connector.
  *
- * Erratum apt37-bbd30x-length-cells: printed 0C 00; encoded 06 00.
+ * Erratum apt37-bbd30x-length-cells (length cells of the BBD30x messages): printed 0C 00; encoded
+ * 06 00.
  *
- * Erratum apt37-monitor-channel: printed nothing; encoded motchan3.
+ * Erratum apt37-monitor-channel (MOT_SET_ANALOGMONITORCONFIG, third motor channel): printed
+ * nothing; encoded motchan3.
  */
 typedef struct apt_mot_set_analogmonitorconfig {
     /** See enum apt_analog_monitor; from 0 to 65535. */
@@ -2010,8 +2016,8 @@ static inline apt_status apt_mot_set_postrigenstate_decode(
  * MOT_REQ_POSTRIGENSTATE (0x0273), to the controller, header only; Issue 37, page 167. Answered by
  * MOT_GET_POSTRIGENSTATE.
  *
- * Erratum apt37-postrigenstate-example: printed 70, 02; encoded the bytes as printed, a request of
- * the analog monitor.
+ * Erratum apt37-postrigenstate-example (MOT_REQ_POSTRIGENSTATE, example): printed 70, 02; encoded
+ * the bytes as printed, a request of the analog monitor.
  */
 typedef struct apt_mot_req_postrigenstate {
     /** See enum apt_motor_channel; from 0 to 255. */
@@ -2104,8 +2110,8 @@ static inline apt_status apt_mot_req_postrigenstate_decode(
  *
  * MOT_GET_POSTRIGENSTATE (0x0274), to the host, header only; Issue 37, page 167.
  *
- * Erratum apt37-postrigenstate-get-size: printed 20 bytes, with the structure of the SET; encoded a
- * header.
+ * Erratum apt37-postrigenstate-get-size (MOT_GET_POSTRIGENSTATE, length): printed 20 bytes, with
+ * the structure of the SET; encoded a header.
  */
 typedef struct apt_mot_get_postrigenstate {
     /** See enum apt_motor_channel; from 0 to 255. */
@@ -2202,7 +2208,8 @@ static inline apt_status apt_mot_get_postrigenstate_decode(
  *
  * Also described in Issue 37, page 64.
  *
- * Erratum apt-counter-examples-200000: printed 04 0D 03 00; encoded 40 0D 03 00.
+ * Erratum apt-counter-examples-200000 (MOT_SET_POSCOUNTER and MOT_SET_ENCCOUNTER, worked examples):
+ * printed 04 0D 03 00; encoded 40 0D 03 00.
  */
 typedef struct apt_mot_set_enccounter {
     /** See enum apt_channel; from 0 to 65535. */
@@ -2301,7 +2308,8 @@ static inline apt_status apt_mot_set_enccounter_decode(
  *
  * Also described in Issue 37, page 64.
  *
- * Erratum apt-req-enccounter-id: printed 11 04; encoded 0A 04.
+ * Erratum apt-req-enccounter-id (MOT_REQ_ENCCOUNTER, id in the byte table): printed 11 04; encoded
+ * 0A 04.
  */
 typedef struct apt_mot_req_enccounter {
     /** See enum apt_channel; from 0 to 255. */
@@ -2495,7 +2503,8 @@ static inline apt_status apt_mot_get_enccounter_decode(
  *
  * Also described in Issue 37, page 63.
  *
- * Erratum apt-counter-examples-200000: printed 04 0D 03 00; encoded 40 0D 03 00.
+ * Erratum apt-counter-examples-200000 (MOT_SET_POSCOUNTER and MOT_SET_ENCCOUNTER, worked examples):
+ * printed 04 0D 03 00; encoded 40 0D 03 00.
  */
 typedef struct apt_mot_set_poscounter {
     /** See enum apt_channel; from 0 to 65535. */
@@ -2784,21 +2793,23 @@ static inline apt_status apt_mot_get_poscounter_decode(
  *
  * Also described in Issue 37, page 66.
  *
- * Erratum apt-summary-velparams-id: printed 0x0414; encoded 0x0413.
+ * Erratum apt-summary-velparams-id (Overview, id of MOT_SET_VELPARAMS): printed 0x0414; encoded
+ * 0x0413.
  *
- * Erratum apt-unsigned-long: printed format long, described as unsigned long; encoded four bytes,
- * unsigned.
+ * Erratum apt-unsigned-long (Velocity, acceleration and soft limit fields): printed format long,
+ * described as unsigned long; encoded four bytes, unsigned.
  *
- * Erratum apt-velocity-units: printed encoder counts/sec and counts/sec/sec; encoded counts per
- * servo cycle × 65536, as section 7.1.
+ * Erratum apt-velocity-units (Units of velocities and accelerations): printed encoder counts/sec
+ * and counts/sec/sec; encoded counts per servo cycle × 65536, as section 7.1.
  *
- * Erratum apt-velparams-example-acceleration: printed B0 35 00 00 for an acceleration of 10 mm/s²;
- * encoded 89 00 00 00.
+ * Erratum apt-velparams-example-acceleration (MOT_SET_VELPARAMS and MOT_SET_JOGPARAMS, worked
+ * examples): printed B0 35 00 00 for an acceleration of 10 mm/s²; encoded 89 00 00 00.
  *
- * Erratum apt-velparams-example-max-velocity: printed CD CC CC 00 in the byte lines, 9E C0 CA 00 in
- * the breakdowns, for 99 mm/s; encoded 83 C0 CA 00.
+ * Erratum apt-velparams-example-max-velocity (MOT_SET_VELPARAMS and MOT_SET_JOGPARAMS, worked
+ * examples): printed CD CC CC 00 in the byte lines, 9E C0 CA 00 in the breakdowns, for 99 mm/s;
+ * encoded 83 C0 CA 00.
  *
- * Erratum apt37-signs-of-longs: printed long; encoded dword.
+ * Erratum apt37-signs-of-longs (unsigned values with the format long): printed long; encoded dword.
  */
 typedef struct apt_mot_set_velparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3110,14 +3121,15 @@ static inline apt_status apt_mot_get_velparams_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt-velocity-units: printed encoder counts/sec and counts/sec/sec; encoded counts per
- * servo cycle × 65536, as section 7.1.
+ * Erratum apt-velocity-units (Units of velocities and accelerations): printed encoder counts/sec
+ * and counts/sec/sec; encoded counts per servo cycle × 65536, as section 7.1.
  *
- * Erratum apt-velparams-example-acceleration: printed B0 35 00 00 for an acceleration of 10 mm/s²;
- * encoded 89 00 00 00.
+ * Erratum apt-velparams-example-acceleration (MOT_SET_VELPARAMS and MOT_SET_JOGPARAMS, worked
+ * examples): printed B0 35 00 00 for an acceleration of 10 mm/s²; encoded 89 00 00 00.
  *
- * Erratum apt-velparams-example-max-velocity: printed CD CC CC 00 in the byte lines, 9E C0 CA 00 in
- * the breakdowns, for 99 mm/s; encoded 83 C0 CA 00.
+ * Erratum apt-velparams-example-max-velocity (MOT_SET_VELPARAMS and MOT_SET_JOGPARAMS, worked
+ * examples): printed CD CC CC 00 in the byte lines, 9E C0 CA 00 in the breakdowns, for 99 mm/s;
+ * encoded 83 C0 CA 00.
  */
 typedef struct apt_mot_set_jogparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3464,20 +3476,22 @@ static inline apt_status apt_mot_get_jogparams_decode(
  *
  * Also described in Issue 37, page 78.
  *
- * Erratum apt-limswitch-bbd10x: printed not applicable to BBD10x units; encoded no BBD unit has the
- * messages.
+ * Erratum apt-limswitch-bbd10x (MOT_SET_LIMSWITCHPARAMS, applicability): printed not applicable to
+ * BBD10x units; encoded no BBD unit has the messages.
  *
- * Erratum apt-limswitch-soft-limit-factor: printed 1 mm is equivalent to 134218; E8 CC CC 00 for
- * 100 mm; encoded 20,000 per mm; 80 84 1E 00.
+ * Erratum apt-limswitch-soft-limit-factor (MOT_SET_LIMSWITCHPARAMS, soft limits): printed 1 mm is
+ * equivalent to 134218; E8 CC CC 00 for 100 mm; encoded 20,000 per mm; 80 84 1E 00.
  *
- * Erratum apt-limswitch-upper-bit: printed the upper bit of a word, 0x80; encoded 0x80.
+ * Erratum apt-limswitch-upper-bit (MOT_SET_LIMSWITCHPARAMS, swapped limit switches): printed the
+ * upper bit of a word, 0x80; encoded 0x80.
  *
- * Erratum apt-unsigned-long: printed format long, described as unsigned long; encoded four bytes,
- * unsigned.
+ * Erratum apt-unsigned-long (Velocity, acceleration and soft limit fields): printed format long,
+ * described as unsigned long; encoded four bytes, unsigned.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  *
- * Erratum apt37-signs-of-longs: printed long; encoded dword.
+ * Erratum apt37-signs-of-longs (unsigned values with the format long): printed long; encoded dword.
  */
 typedef struct apt_mot_set_limswitchparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3602,10 +3616,11 @@ static inline apt_status apt_mot_set_limswitchparams_decode(
  *
  * Also described in Issue 37, page 78.
  *
- * Erratum apt-limswitch-bbd10x: printed not applicable to BBD10x units; encoded no BBD unit has the
- * messages.
+ * Erratum apt-limswitch-bbd10x (MOT_SET_LIMSWITCHPARAMS, applicability): printed not applicable to
+ * BBD10x units; encoded no BBD unit has the messages.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_limswitchparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -3700,12 +3715,14 @@ static inline apt_status apt_mot_req_limswitchparams_decode(
  *
  * Also described in Issue 37, page 78.
  *
- * Erratum apt-get-limswitchparams-size: printed Response structure (20 bytes); encoded 22 bytes.
+ * Erratum apt-get-limswitchparams-size (MOT_GET_LIMSWITCHPARAMS, size of the structure): printed
+ * Response structure (20 bytes); encoded 22 bytes.
  *
- * Erratum apt-limswitch-bbd10x: printed not applicable to BBD10x units; encoded no BBD unit has the
- * messages.
+ * Erratum apt-limswitch-bbd10x (MOT_SET_LIMSWITCHPARAMS, applicability): printed not applicable to
+ * BBD10x units; encoded no BBD unit has the messages.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_get_limswitchparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3831,10 +3848,11 @@ static inline apt_status apt_mot_get_limswitchparams_decode(
  * Setting them changes the current of a motor that is at rest, so a load may slip. The BSC20x,
  * MST602 and TST101 use only the power at rest; they compute the power of a move from its velocity.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  *
- * Erratum apt37-powerparams-example-unit: printed channel 2 (address 22) of a TST001; encoded the
- * bytes as printed.
+ * Erratum apt37-powerparams-example-unit (MOT_SET_POWERPARAMS, unit of the example): printed
+ * channel 2 (address 22) of a TST001; encoded the bytes as printed.
  */
 typedef struct apt_mot_set_powerparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3942,7 +3960,8 @@ static inline apt_status apt_mot_set_powerparams_decode(
  * MOT_REQ_POWERPARAMS (0x0427), to the controller, header only; Issue 37, pages 71, 72. Answered by
  * MOT_GET_POWERPARAMS.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_powerparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -4035,7 +4054,8 @@ static inline apt_status apt_mot_req_powerparams_decode(
  *
  * MOT_GET_POWERPARAMS (0x0428), to the host, 6 bytes of data; Issue 37, pages 71, 72.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_get_powerparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -4145,7 +4165,8 @@ static inline apt_status apt_mot_get_powerparams_decode(
  *
  * Also described in Issue 37, page 131.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_statusbits {
     /** See enum apt_channel; from 0 to 255. */
@@ -4239,9 +4260,11 @@ static inline apt_status apt_mot_req_statusbits_decode(
  *
  * Also described in Issue 37, page 131.
  *
- * Erratum apt37-list-get-statusbits: printed nothing; encoded MOT_GET_STATUSBITS.
+ * Erratum apt37-list-get-statusbits (MOT_GET_STATUSBITS in the list of the brushless DC
+ * controllers): printed nothing; encoded MOT_GET_STATUSBITS.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_get_statusbits {
     /** See enum apt_channel; from 0 to 65535. */
@@ -4433,13 +4456,14 @@ static inline apt_status apt_mot_req_adcinputs_decode(
  *
  * MOT_GET_ADCINPUTS (0x042C), to the host, 4 bytes of data; Issue 37, page 70.
  *
- * Erratum apt37-adcinputs-breakdown-header: printed 2B, 04; encoded 2C 04.
+ * Erratum apt37-adcinputs-breakdown-header (MOT_GET_ADCINPUTS, header in the breakdown): printed
+ * 2B, 04; encoded 2C 04.
  *
- * Erratum apt37-adcinputs-example-addresses: printed a reply sent to bay 2 by the host; encoded the
- * bytes as printed.
+ * Erratum apt37-adcinputs-example-addresses (MOT_GET_ADCINPUTS, addresses of the example): printed
+ * a reply sent to bay 2 by the host; encoded the bytes as printed.
  *
- * Erratum apt37-adcinputs-example-value: printed 00, 80 in the breakdown, 01 00 in the byte line;
- * encoded the bytes of the line.
+ * Erratum apt37-adcinputs-example-value (MOT_GET_ADCINPUTS, value in the example): printed 00, 80
+ * in the breakdown, 01 00 in the byte line; encoded the bytes of the line.
  */
 typedef struct apt_mot_get_adcinputs {
     /** Voltage at the input, 0 to 5 V; in counts, 32768/5 per V; from 0 to 32768. */
@@ -4833,10 +4857,10 @@ static inline apt_status apt_mot_get_genmoveparams_decode(
  * The MLJ050 and MLJ150 report the end of moves and of homing only after they have received these
  * parameters (page 41).
  *
- * Erratum apt37-homeparams-zero: printed 0 for both; encoded 0, which the lists of values do not
- * have.
+ * Erratum apt37-homeparams-zero (MOT_SET_HOMEPARAMS, direction and limit switch of the example):
+ * printed 0 for both; encoded 0, which the lists of values do not have.
  *
- * Erratum apt37-signs-of-longs: printed long; encoded dword.
+ * Erratum apt37-signs-of-longs (unsigned values with the format long): printed long; encoded dword.
  */
 typedef struct apt_mot_set_homeparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -6421,15 +6445,18 @@ static inline apt_status apt_mot_move_velocity_decode(
  *
  * Also described in Issue 37, page 83.
  *
- * Erratum apt-move-completed-length: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E 00.
+ * Erratum apt-move-completed-length (MOT_MOVE_COMPLETED, length bytes in the byte table): printed
+ * Chan Ident and 0x in bytes 2 and 3; encoded 0E 00.
  *
- * Erratum apt-move-completed-scope: printed after relative or absolute moves; encoded after
- * relative, absolute, jog and velocity moves.
+ * Erratum apt-move-completed-scope (MOT_MOVE_COMPLETED, moves that it completes): printed after
+ * relative or absolute moves; encoded after relative, absolute, jog and velocity moves.
  *
- * Erratum apt-move-status-header-only: printed header only, bytes 0 to 5, destination without 0x80;
- * encoded bytes 0 to 19, destination with 0x80.
+ * Erratum apt-move-status-header-only (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the byte
+ * tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0 to 19,
+ * destination with 0x80.
  *
- * Erratum apt37-end-of-move-tables: printed 5; encoded 19.
+ * Erratum apt37-end-of-move-tables (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables): printed
+ * 5; encoded 19.
  */
 typedef struct apt_mot_move_completed_header {
     /** See enum apt_channel; from 0 to 255. */
@@ -6522,15 +6549,18 @@ static inline apt_status apt_mot_move_completed_header_decode(
  *
  * Also described in Issue 37, page 83.
  *
- * Erratum apt-move-completed-length: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E 00.
+ * Erratum apt-move-completed-length (MOT_MOVE_COMPLETED, length bytes in the byte table): printed
+ * Chan Ident and 0x in bytes 2 and 3; encoded 0E 00.
  *
- * Erratum apt-move-completed-scope: printed after relative or absolute moves; encoded after
- * relative, absolute, jog and velocity moves.
+ * Erratum apt-move-completed-scope (MOT_MOVE_COMPLETED, moves that it completes): printed after
+ * relative or absolute moves; encoded after relative, absolute, jog and velocity moves.
  *
- * Erratum apt-move-status-header-only: printed header only, bytes 0 to 5, destination without 0x80;
- * encoded bytes 0 to 19, destination with 0x80.
+ * Erratum apt-move-status-header-only (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the byte
+ * tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0 to 19,
+ * destination with 0x80.
  *
- * Erratum apt37-end-of-move-tables: printed 5; encoded 19.
+ * Erratum apt37-end-of-move-tables (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables): printed
+ * 5; encoded 19.
  */
 typedef struct apt_mot_move_completed_dc {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -6655,15 +6685,18 @@ static inline apt_status apt_mot_move_completed_dc_decode(
  *
  * Evidence: hardware frames.
  *
- * Erratum apt-move-completed-length: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E 00.
+ * Erratum apt-move-completed-length (MOT_MOVE_COMPLETED, length bytes in the byte table): printed
+ * Chan Ident and 0x in bytes 2 and 3; encoded 0E 00.
  *
- * Erratum apt-move-completed-scope: printed after relative or absolute moves; encoded after
- * relative, absolute, jog and velocity moves.
+ * Erratum apt-move-completed-scope (MOT_MOVE_COMPLETED, moves that it completes): printed after
+ * relative or absolute moves; encoded after relative, absolute, jog and velocity moves.
  *
- * Erratum apt-move-status-header-only: printed header only, bytes 0 to 5, destination without 0x80;
- * encoded bytes 0 to 19, destination with 0x80.
+ * Erratum apt-move-status-header-only (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the byte
+ * tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0 to 19,
+ * destination with 0x80.
  *
- * Erratum apt37-end-of-move-tables: printed 5; encoded 19.
+ * Erratum apt37-end-of-move-tables (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables): printed
+ * 5; encoded 19.
  */
 typedef struct apt_mot_move_completed_stepper {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -6783,11 +6816,13 @@ static inline apt_status apt_mot_move_completed_stepper_decode(
  *
  * Also described in Issue 37, page 88.
  *
- * Erratum apt-header-parameters-as-word: printed word; encoded one byte of the header each.
+ * Erratum apt-header-parameters-as-word (MOT_MOVE_JOG, MOT_MOVE_VELOCITY and MOT_MOVE_STOP, formats
+ * of the parameters): printed word; encoded one byte of the header each.
  *
- * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
- * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
- * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
+ * Erratum apt-lists-against-chapters (Lists of messages against the chapters): printed TPZ001
+ * without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+ * TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED;
+ * encoded the lists as printed.
  */
 typedef struct apt_mot_move_stop {
     /** See enum apt_channel; from 0 to 255. */
@@ -6885,16 +6920,19 @@ static inline apt_status apt_mot_move_stop_decode(
  *
  * Also described in Issue 37, page 89.
  *
- * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
- * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
- * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
+ * Erratum apt-lists-against-chapters (Lists of messages against the chapters): printed TPZ001
+ * without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+ * TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED;
+ * encoded the lists as printed.
  *
- * Erratum apt-move-status-header-only: printed header only, bytes 0 to 5, destination without 0x80;
- * encoded bytes 0 to 19, destination with 0x80.
+ * Erratum apt-move-status-header-only (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the byte
+ * tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0 to 19,
+ * destination with 0x80.
  *
- * Erratum apt37-end-of-move-tables: printed 5; encoded 19.
+ * Erratum apt37-end-of-move-tables (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables): printed
+ * 5; encoded 19.
  *
- * Erratum apt37-tim-kim-list: printed 122; encoded 123.
+ * Erratum apt37-tim-kim-list (list for TIM101 and KIM101): printed 122; encoded 123.
  */
 typedef struct apt_mot_move_stopped_header {
     /** See enum apt_channel; from 0 to 255. */
@@ -6987,16 +7025,19 @@ static inline apt_status apt_mot_move_stopped_header_decode(
  *
  * Also described in Issue 37, page 89.
  *
- * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
- * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
- * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
+ * Erratum apt-lists-against-chapters (Lists of messages against the chapters): printed TPZ001
+ * without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+ * TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED;
+ * encoded the lists as printed.
  *
- * Erratum apt-move-status-header-only: printed header only, bytes 0 to 5, destination without 0x80;
- * encoded bytes 0 to 19, destination with 0x80.
+ * Erratum apt-move-status-header-only (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the byte
+ * tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0 to 19,
+ * destination with 0x80.
  *
- * Erratum apt37-end-of-move-tables: printed 5; encoded 19.
+ * Erratum apt37-end-of-move-tables (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables): printed
+ * 5; encoded 19.
  *
- * Erratum apt37-tim-kim-list: printed 122; encoded 123.
+ * Erratum apt37-tim-kim-list (list for TIM101 and KIM101): printed 122; encoded 123.
  */
 typedef struct apt_mot_move_stopped_dc {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -7118,16 +7159,19 @@ static inline apt_status apt_mot_move_stopped_dc_decode(
  *
  * Also described in Issue 37, page 89.
  *
- * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
- * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
- * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
+ * Erratum apt-lists-against-chapters (Lists of messages against the chapters): printed TPZ001
+ * without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+ * TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED;
+ * encoded the lists as printed.
  *
- * Erratum apt-move-status-header-only: printed header only, bytes 0 to 5, destination without 0x80;
- * encoded bytes 0 to 19, destination with 0x80.
+ * Erratum apt-move-status-header-only (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the byte
+ * tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0 to 19,
+ * destination with 0x80.
  *
- * Erratum apt37-end-of-move-tables: printed 5; encoded 19.
+ * Erratum apt37-end-of-move-tables (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables): printed
+ * 5; encoded 19.
  *
- * Erratum apt37-tim-kim-list: printed 122; encoded 123.
+ * Erratum apt37-tim-kim-list (list for TIM101 and KIM101): printed 122; encoded 123.
  */
 typedef struct apt_mot_move_stopped_stepper {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -7249,14 +7293,15 @@ static inline apt_status apt_mot_move_stopped_stepper_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt-clockwise-without-sign: printed 1 is forward and 2 reverse; page 77 calls forward
- * clockwise, and no page says in which direction positions rise; encoded 1 is FORWARD and 2
- * REVERSE, without a sign.
+ * Erratum apt-clockwise-without-sign (MOT_MOVE_JOG and MOT_MOVE_VELOCITY, sign of the direction):
+ * printed 1 is forward and 2 reverse; page 77 calls forward clockwise, and no page says in which
+ * direction positions rise; encoded 1 is FORWARD and 2 REVERSE, without a sign.
  *
- * Erratum apt-header-parameters-as-word: printed word; encoded one byte of the header each.
+ * Erratum apt-header-parameters-as-word (MOT_MOVE_JOG, MOT_MOVE_VELOCITY and MOT_MOVE_STOP, formats
+ * of the parameters): printed word; encoded one byte of the header each.
  *
- * Erratum apt-move-completed-scope: printed after relative or absolute moves; encoded after
- * relative, absolute, jog and velocity moves.
+ * Erratum apt-move-completed-scope (MOT_MOVE_COMPLETED, moves that it completes): printed after
+ * relative or absolute moves; encoded after relative, absolute, jog and velocity moves.
  */
 typedef struct apt_mot_move_jog {
     /** See enum apt_channel; from 0 to 255. */
@@ -7351,7 +7396,8 @@ static inline apt_status apt_mot_move_jog_decode(
  *
  * Also described in Issue 37, page 132.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_suspend_endofmovemsgs {
     /** Unused parameter byte; from 0 to 255. */
@@ -7446,12 +7492,14 @@ static inline apt_status apt_mot_suspend_endofmovemsgs_decode(
  *
  * Also described in Issue 37, page 133.
  *
- * Erratum apt-resume-disables: printed The command also disables the error messages; encoded
- * resumes the error messages.
+ * Erratum apt-resume-disables (MOT_RESUME_ENDOFMOVEMSGS): printed The command also disables the
+ * error messages; encoded resumes the error messages.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  *
- * Erratum apt37-resume-disables: printed disables them; encoded enables them.
+ * Erratum apt37-resume-disables (MOT_RESUME_ENDOFMOVEMSGS, error messages): printed disables them;
+ * encoded enables them.
  */
 typedef struct apt_mot_resume_endofmovemsgs {
     /** Unused parameter byte; from 0 to 255. */
@@ -7546,11 +7594,14 @@ static inline apt_status apt_mot_resume_endofmovemsgs_decode(
  *
  * Also described in Issue 37, page 124.
  *
- * Erratum apt-req-statusupdate-table-id: printed 90 04; encoded 80 04.
+ * Erratum apt-req-statusupdate-table-id (MOT_REQ_STATUSUPDATE, byte table): printed 90 04; encoded
+ * 80 04.
  *
- * Erratum apt37-list-stepper-status: printed nothing; encoded MOT_GET_STATUSUPDATE.
+ * Erratum apt37-list-stepper-status (Status messages in the lists of TST001, TST101, KST101, K10CR1
+ * and KST201): printed nothing; encoded MOT_GET_STATUSUPDATE.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_statusupdate {
     /** See enum apt_channel; from 0 to 255. */
@@ -7646,20 +7697,23 @@ static inline apt_status apt_mot_req_statusupdate_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-list-stepper-status: printed nothing; encoded MOT_GET_STATUSUPDATE.
+ * Erratum apt37-list-stepper-status (Status messages in the lists of TST001, TST101, KST101, K10CR1
+ * and KST201): printed nothing; encoded MOT_GET_STATUSUPDATE.
  *
- * Erratum apt37-status-bit-interlock: printed interlock on page 124, tracking on page 126; encoded
- * interlock for stepper controllers, tracking for DC servo controllers.
+ * Erratum apt37-status-bit-interlock (status bit 0x00001000): printed interlock on page 124,
+ * tracking on page 126; encoded interlock for stepper controllers, tracking for DC servo
+ * controllers.
  *
- * Erratum apt37-status-lengths: printed Chan Ident 1; encoded chan_ident.
+ * Erratum apt37-status-lengths (MOT_GET_STATUSUPDATE, length): printed Chan Ident 1; encoded
+ * chan_ident.
  *
- * Erratum apt37-status-position-scale: printed 25,600 or 409600 counts per mm, without the
- * controllers; encoded by stage and controller.
+ * Erratum apt37-status-position-scale (MOT_GET_STATUSUPDATE, scale of the position): printed 25,600
+ * or 409600 counts per mm, without the controllers; encoded by stage and controller.
  *
- * Erratum apt37-statusupdate-example-short: printed 21 bytes after a header for 28; encoded a frame
- * of 34 bytes.
+ * Erratum apt37-statusupdate-example-short (MOT_GET_STATUSUPDATE, length of the example): printed
+ * 21 bytes after a header for 28; encoded a frame of 34 bytes.
  *
- * Erratum apt37-tim-kim-list: printed 122; encoded 123.
+ * Erratum apt37-tim-kim-list (list for TIM101 and KIM101): printed 122; encoded 123.
  */
 typedef struct apt_mot_get_statusupdate {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -7771,20 +7825,23 @@ static inline apt_status apt_mot_get_statusupdate_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-list-stepper-status: printed nothing; encoded MOT_GET_STATUSUPDATE.
+ * Erratum apt37-list-stepper-status (Status messages in the lists of TST001, TST101, KST101, K10CR1
+ * and KST201): printed nothing; encoded MOT_GET_STATUSUPDATE.
  *
- * Erratum apt37-status-bit-interlock: printed interlock on page 124, tracking on page 126; encoded
- * interlock for stepper controllers, tracking for DC servo controllers.
+ * Erratum apt37-status-bit-interlock (status bit 0x00001000): printed interlock on page 124,
+ * tracking on page 126; encoded interlock for stepper controllers, tracking for DC servo
+ * controllers.
  *
- * Erratum apt37-status-lengths: printed Chan Ident 1; encoded chan_ident.
+ * Erratum apt37-status-lengths (MOT_GET_STATUSUPDATE, length): printed Chan Ident 1; encoded
+ * chan_ident.
  *
- * Erratum apt37-status-position-scale: printed 25,600 or 409600 counts per mm, without the
- * controllers; encoded by stage and controller.
+ * Erratum apt37-status-position-scale (MOT_GET_STATUSUPDATE, scale of the position): printed 25,600
+ * or 409600 counts per mm, without the controllers; encoded by stage and controller.
  *
- * Erratum apt37-statusupdate-example-short: printed 21 bytes after a header for 28; encoded a frame
- * of 34 bytes.
+ * Erratum apt37-statusupdate-example-short (MOT_GET_STATUSUPDATE, length of the example): printed
+ * 21 bytes after a header for 28; encoded a frame of 34 bytes.
  *
- * Erratum apt37-tim-kim-list: printed 122; encoded 123.
+ * Erratum apt37-tim-kim-list (list for TIM101 and KIM101): printed 122; encoded 123.
  */
 typedef struct apt_mot_get_statusupdate_long {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -8026,28 +8083,32 @@ static inline apt_status apt_mot_req_dcstatusupdate_decode(
  *
  * Also described in Issue 37, page 125.
  *
- * Erratum apt-dcstatus-velocity-word: printed word; encoded short.
- *
- * Erratum apt-list-tdc001-dcstatus: printed MOT_REQ_DCSTATUSUPDATE and MOT_ACK_DCSTATUSUPDATE;
- * encoded also MOT_GET_DCSTATUSUPDATE.
- *
- * Erratum apt-status-bit-counting: printed bits 13, 14, 15 and 25; encoded masks 0x00001000,
- * 0x00002000, 0x00004000 and 0x01000000.
- *
- * Erratum apt-status-velocity-factor: printed 204.8 per mm/s; encoded 2.048 per mm/s.
- *
- * Erratum apt37-signs-of-words: printed word; encoded short.
- *
- * Erratum apt37-status-bit-interlock: printed interlock on page 124, tracking on page 126; encoded
- * interlock for stepper controllers, tracking for DC servo controllers.
- *
- * Erratum apt37-status-bits-of-old-units: printed nothing; encoded p_mot_sb_overload.
- *
- * Erratum apt37-status-velocity-factor: printed 204.8 for 100 mm/s read as 205; encoded 2.048
- * counts per mm/s.
- *
- * Erratum apt37-ustatus-signed-words: printed word with a range from -32768 to 32767; encoded
+ * Erratum apt-dcstatus-velocity-word (MOT_GET_DCSTATUSUPDATE, velocity): printed word; encoded
  * short.
+ *
+ * Erratum apt-list-tdc001-dcstatus (List of the TDC001, MOT_GET_DCSTATUSUPDATE): printed
+ * MOT_REQ_DCSTATUSUPDATE and MOT_ACK_DCSTATUSUPDATE; encoded also MOT_GET_DCSTATUSUPDATE.
+ *
+ * Erratum apt-status-bit-counting (Status bits that the text names by number): printed bits 13, 14,
+ * 15 and 25; encoded masks 0x00001000, 0x00002000, 0x00004000 and 0x01000000.
+ *
+ * Erratum apt-status-velocity-factor (MOT_GET_DCSTATUSUPDATE, velocity): printed 204.8 per mm/s;
+ * encoded 2.048 per mm/s.
+ *
+ * Erratum apt37-signs-of-words (signed values with the format word): printed word; encoded short.
+ *
+ * Erratum apt37-status-bit-interlock (status bit 0x00001000): printed interlock on page 124,
+ * tracking on page 126; encoded interlock for stepper controllers, tracking for DC servo
+ * controllers.
+ *
+ * Erratum apt37-status-bits-of-old-units (status bits that the table does not list for the TDC001
+ * and the BBD20x): printed nothing; encoded p_mot_sb_overload.
+ *
+ * Erratum apt37-status-velocity-factor (factor of the velocity in the status): printed 204.8 for
+ * 100 mm/s read as 205; encoded 2.048 counts per mm/s.
+ *
+ * Erratum apt37-ustatus-signed-words (formats of velocity and motor current): printed word with a
+ * range from -32768 to 32767; encoded short.
  */
 typedef struct apt_mot_get_dcstatusupdate {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -8187,16 +8248,20 @@ static inline apt_status apt_mot_get_dcstatusupdate_decode(
  *
  * Also described in Issue 37, page 130.
  *
- * Erratum apt-ack-dcstatusupdate-table-id: printed 62 06; encoded 92 04.
+ * Erratum apt-ack-dcstatusupdate-table-id (MOT_ACK_DCSTATUSUPDATE, byte table): printed 62 06;
+ * encoded 92 04.
  *
- * Erratum apt-ack-fifty: printed stops responding after ~50 commands; encoded stops sending status
- * messages after 50 of them.
+ * Erratum apt-ack-fifty (MOT_ACK_DCSTATUSUPDATE and PZ_ACK_PZSTATUSUPDATE): printed stops
+ * responding after ~50 commands; encoded stops sending status messages after 50 of them.
  *
- * Erratum apt37-ack-fifty: printed about 50, and 50; encoded 50.
+ * Erratum apt37-ack-fifty (number of messages without a keep-alive): printed about 50, and 50;
+ * encoded 50.
  *
- * Erratum apt37-list-server-alive: printed nothing; encoded MOT_ACK_DCSTATUSUPDATE.
+ * Erratum apt37-list-server-alive (Server-alive message in the lists of steppers): printed nothing;
+ * encoded MOT_ACK_DCSTATUSUPDATE.
  *
- * Erratum apt37-mpc-list: printed nothing; encoded MOT_ACK_DCSTATUSUPDATE.
+ * Erratum apt37-mpc-list (list for MPC220 and MPC320): printed nothing; encoded
+ * MOT_ACK_DCSTATUSUPDATE.
  */
 typedef struct apt_mot_ack_dcstatusupdate {
     /** Unused parameter byte; from 0 to 255. */
@@ -8306,8 +8371,9 @@ static inline apt_status apt_mot_ack_dcstatusupdate_decode(
  *
  * Also described in Issue 37, page 93.
  *
- * Erratum apt-dcpidparams-example-short: printed 41 00 AF 00 58 02: gains of two bytes, 14 bytes of
- * packet; encoded 41 00 00 00 AF 00 00 00 58 02 00 00: gains of four bytes, 20 bytes of packet.
+ * Erratum apt-dcpidparams-example-short (MOT_SET_DCPIDPARAMS, worked example): printed 41 00 AF 00
+ * 58 02: gains of two bytes, 14 bytes of packet; encoded 41 00 00 00 AF 00 00 00 58 02 00 00: gains
+ * of four bytes, 20 bytes of packet.
  */
 typedef struct apt_mot_set_dcpidparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -8433,7 +8499,8 @@ static inline apt_status apt_mot_set_dcpidparams_decode(
  *
  * Also described in Issue 37, page 93.
  *
- * Erratum apt-dcpidparams-table-ids: printed A0 04 in both; encoded A1 04 and A2 04.
+ * Erratum apt-dcpidparams-table-ids (MOT_REQ_DCPIDPARAMS and MOT_GET_DCPIDPARAMS, byte tables):
+ * printed A0 04 in both; encoded A1 04 and A2 04.
  */
 typedef struct apt_mot_req_dcpidparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -8528,7 +8595,8 @@ static inline apt_status apt_mot_req_dcpidparams_decode(
  *
  * Also described in Issue 37, page 93.
  *
- * Erratum apt-dcpidparams-table-ids: printed A0 04 in both; encoded A1 04 and A2 04.
+ * Erratum apt-dcpidparams-table-ids (MOT_REQ_DCPIDPARAMS and MOT_GET_DCPIDPARAMS, byte tables):
+ * printed A0 04 in both; encoded A1 04 and A2 04.
  */
 typedef struct apt_mot_get_dcpidparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -8655,16 +8723,19 @@ static inline apt_status apt_mot_get_dcpidparams_decode(
  *
  * Also described in Issue 37, page 97.
  *
- * Erratum apt-potparams-deflection-rows: printed Wnd1 is the deflection to apply Vel1, Wnd2 Vel2
- * and Wnd3 Vel3; encoded at Wnd1 Vel2 takes over from Vel1, at Wnd2 Vel3, at Wnd3 Vel4.
+ * Erratum apt-potparams-deflection-rows (MOT_SET_POTPARAMS, effect of a deflection): printed Wnd1
+ * is the deflection to apply Vel1, Wnd2 Vel2 and Wnd3 Vel3; encoded at Wnd1 Vel2 takes over from
+ * Vel1, at Wnd2 Vel3, at Wnd3 Vel4.
  *
- * Erratum apt-potparams-example-bytes: printed a packet of 22 bytes, that of the jog example on
- * page 33; encoded a packet of 26 bytes with the values of the breakdown.
+ * Erratum apt-potparams-example-bytes (MOT_SET_POTPARAMS, worked example): printed a packet of 22
+ * bytes, that of the jog example on page 33; encoded a packet of 26 bytes with the values of the
+ * breakdown.
  *
- * Erratum apt-potparams-velocities-multiplied: printed 6860 for 0.2 mm/s, 10290 for 0.3 mm/s;
- * encoded 6861 and 10291.
+ * Erratum apt-potparams-velocities-multiplied (MOT_SET_POTPARAMS, worked example): printed 6860 for
+ * 0.2 mm/s, 10290 for 0.3 mm/s; encoded 6861 and 10291.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_set_potparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -8807,11 +8878,13 @@ static inline apt_status apt_mot_set_potparams_decode(
  *
  * Also described in Issue 37, page 97.
  *
- * Erratum apt-req-potparams-table-id: printed 17 04; encoded B1 04.
+ * Erratum apt-req-potparams-table-id (MOT_REQ_POTPARAMS, byte table): printed 17 04; encoded B1 04.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  *
- * Erratum apt37-requests-of-other-sets: printed 11 04; encoded B4 04.
+ * Erratum apt37-requests-of-other-sets (ids of requests in byte tables): printed 11 04; encoded B4
+ * 04.
  */
 typedef struct apt_mot_req_potparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -8907,12 +8980,13 @@ static inline apt_status apt_mot_req_potparams_decode(
  *
  * Also described in Issue 37, page 97.
  *
- * Erratum apt-get-potparams-size: printed 28 bytes, 22 byte data packet; encoded 32 bytes, 26 byte
- * data packet.
+ * Erratum apt-get-potparams-size (MOT_GET_POTPARAMS, sizes): printed 28 bytes, 22 byte data packet;
+ * encoded 32 bytes, 26 byte data packet.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  *
- * Erratum apt37-potparams-get-table: printed 28; encoded 32.
+ * Erratum apt37-potparams-get-table (MOT_GET_POTPARAMS, byte table): printed 28; encoded 32.
  */
 typedef struct apt_mot_get_potparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -9055,7 +9129,8 @@ static inline apt_status apt_mot_get_potparams_decode(
  *
  * Also described in Issue 37, page 95.
  *
- * Erratum apt-avmodes-decimal: printed the hex value; '11' for all modes; encoded 0x0B.
+ * Erratum apt-avmodes-decimal (MOT_SET_AVMODES, mode bits): printed the hex value; '11' for all
+ * modes; encoded 0x0B.
  */
 typedef struct apt_mot_set_avmodes {
     /** See enum apt_channel; from 0 to 65535. */
@@ -9154,9 +9229,10 @@ static inline apt_status apt_mot_set_avmodes_decode(
  *
  * Also described in Issue 37, page 95.
  *
- * Erratum apt-req-avmodes-table-id: printed 11 04; encoded B4 04.
+ * Erratum apt-req-avmodes-table-id (MOT_REQ_AVMODES, byte table): printed 11 04; encoded B4 04.
  *
- * Erratum apt37-requests-of-other-sets: printed 11 04; encoded B4 04.
+ * Erratum apt37-requests-of-other-sets (ids of requests in byte tables): printed 11 04; encoded B4
+ * 04.
  */
 typedef struct apt_mot_req_avmodes {
     /** See enum apt_channel; from 0 to 255. */
@@ -9345,8 +9421,8 @@ static inline apt_status apt_mot_get_avmodes_decode(
  *
  * MOT_SET_BUTTONPARAMS (0x04B6), to the controller, 16 bytes of data; Issue 37, page 100.
  *
- * Erratum apt37-buttonparams-time-out-unit: printed not applicable to the TDC001, and set on a
- * TDC001 in the example; encoded both fields.
+ * Erratum apt37-buttonparams-time-out-unit (MOT_SET_BUTTONPARAMS, timeouts): printed not applicable
+ * to the TDC001, and set on a TDC001 in the example; encoded both fields.
  */
 typedef struct apt_mot_set_buttonparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -9944,7 +10020,8 @@ static inline apt_status apt_mot_set_pmdcurrentloopparams_decode(
  *
  * Also named MOT_REQ_CURRENTLOOPPARAMS.
  *
- * Erratum apt37-requests-of-other-sets: printed 11 04; encoded B4 04.
+ * Erratum apt37-requests-of-other-sets (ids of requests in byte tables): printed 11 04; encoded B4
+ * 04.
  */
 typedef struct apt_mot_req_pmdcurrentloopparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -10218,8 +10295,9 @@ static inline apt_status apt_mot_get_pmdcurrentloopparams_decode(
  *
  * Also named MOT_SET_POSITIONLOOPPARAMS.
  *
- * Erratum apt37-positionloop-example-unit: printed ParamSetIx is not applicable to the BBD20x, and
- * the example sets it on a BBD202; encoded the bytes as printed.
+ * Erratum apt37-positionloop-example-unit (MOT_SET_PMDPOSITIONLOOPPARAMS, parameter set of the
+ * example): printed ParamSetIx is not applicable to the BBD20x, and the example sets it on a
+ * BBD202; encoded the bytes as printed.
  */
 typedef struct apt_mot_set_pmdpositionloopparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -10701,14 +10779,16 @@ static inline apt_status apt_mot_get_pmdpositionloopparams_decode(
  *
  * Also described in Issue 37, page 106.
  *
- * Erratum apt-motor-bias-range: printed -32767 to 32768, format word; encoded -32767 to 32767, two
- * bytes signed.
+ * Erratum apt-motor-bias-range (MOT_SET_PMDMOTOROUTPUTPARAMS, motor bias): printed -32767 to 32768,
+ * format word; encoded -32767 to 32767, two bytes signed.
  *
- * Erratum apt-motoroutput-example-energy: printed C0 12 for 14%; encoded EB 11.
+ * Erratum apt-motoroutput-example-energy (MOT_SET_PMDMOTOROUTPUTPARAMS, worked example): printed C0
+ * 12 for 14%; encoded EB 11.
  *
- * Erratum apt-motoroutput-example-motor-limit: printed 00 00 for 100%; encoded FF 7F.
+ * Erratum apt-motoroutput-example-motor-limit (MOT_SET_PMDMOTOROUTPUTPARAMS, worked example):
+ * printed 00 00 for 100%; encoded FF 7F.
  *
- * Erratum apt37-signs-of-words: printed word; encoded short.
+ * Erratum apt37-signs-of-words (signed values with the format word): printed word; encoded short.
  */
 typedef struct apt_mot_set_pmdmotoroutputparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -11144,10 +11224,11 @@ static inline apt_status apt_mot_get_pmdmotoroutputparams_decode(
  *
  * Also described in Issue 37, page 108.
  *
- * Erratum apt-tracksettle-example-long: printed 14 bytes of packet; encoded 12 bytes.
+ * Erratum apt-tracksettle-example-long (MOT_SET_PMDTRACKSETTLEPARAMS, worked example): printed 14
+ * bytes of packet; encoded 12 bytes.
  *
- * Erratum apt-tracksettle-example-percentages: printed 20%, 14% and 100%; encoded 0 cycles, 20
- * counts, 0 counts.
+ * Erratum apt-tracksettle-example-percentages (MOT_SET_PMDTRACKSETTLEPARAMS, worked example):
+ * printed 20%, 14% and 100%; encoded 0 cycles, 20 counts, 0 counts.
  */
 typedef struct apt_mot_set_pmdtracksettleparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -11411,7 +11492,8 @@ static inline apt_status apt_mot_req_pmdtracksettleparams_decode(
  *
  * Also described in Issue 37, page 108.
  *
- * Erratum apt-contents-get-tracksettle-id: printed 0x04E1; encoded 0x04E2.
+ * Erratum apt-contents-get-tracksettle-id (Contents, id of MOT_GET_PMDTRACKSETTLEPARAMS): printed
+ * 0x04E1; encoded 0x04E2.
  */
 typedef struct apt_mot_get_pmdtracksettleparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -11556,9 +11638,10 @@ static inline apt_status apt_mot_get_pmdtracksettleparams_decode(
  *
  * Also described in Issue 37, page 111.
  *
- * Erratum apt-jerk-unit: printed specified in mm/s³; encoded 92.2337 units per mm/s³.
+ * Erratum apt-jerk-unit (MOT_SET_PMDPROFILEMODEPARAMS, jerk): printed specified in mm/s³; encoded
+ * 92.2337 units per mm/s³.
  *
- * Erratum apt37-jerk-unit: printed mm/s3 and a rate per cycle; encoded mm/s^3.
+ * Erratum apt37-jerk-unit (jerk in the text): printed mm/s3 and a rate per cycle; encoded mm/s^3.
  */
 typedef struct apt_mot_set_pmdprofilemodeparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -11944,13 +12027,16 @@ static inline apt_status apt_mot_get_pmdprofilemodeparams_decode(
  *
  * MOT_SET_JOYSTICKPARAMS (0x04E6), to the controller, 20 bytes of data; Issue 37, page 113.
  *
- * Erratum apt37-joystick-example-acceleration: printed 70; encoded 69.
+ * Erratum apt37-joystick-example-acceleration (MOT_SET_JOYSTICKPARAMS, high acceleration of the
+ * example): printed 70; encoded 69.
  *
- * Erratum apt37-joystick-example-velocity: printed 1342180; encoded 1342177.
+ * Erratum apt37-joystick-example-velocity (MOT_SET_JOYSTICKPARAMS, high velocity of the example):
+ * printed 1342180; encoded 1342177.
  *
- * Erratum apt37-joystick-range: printed long with the range 0 to 4294967295; encoded dword.
+ * Erratum apt37-joystick-range (MOT_SET_JOYSTICKPARAMS, ranges): printed long with the range 0 to
+ * 4294967295; encoded dword.
  *
- * Erratum apt37-signs-of-longs: printed long; encoded dword.
+ * Erratum apt37-signs-of-longs (unsigned values with the format long): printed long; encoded dword.
  */
 typedef struct apt_mot_set_joystickparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -12451,9 +12537,11 @@ static inline apt_status apt_mot_set_pmdsettledcurrentloopparams_decode(
  *
  * Also described in Issue 37, page 118.
  *
- * Erratum apt-req-settled-current-loop-table-id: printed D8 04; encoded EA 04.
+ * Erratum apt-req-settled-current-loop-table-id (MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS, byte table):
+ * printed D8 04; encoded EA 04.
  *
- * Erratum apt37-requests-of-other-sets: printed 11 04; encoded B4 04.
+ * Erratum apt37-requests-of-other-sets (ids of requests in byte tables): printed 11 04; encoded B4
+ * 04.
  */
 typedef struct apt_mot_req_pmdsettledcurrentloopparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -13047,28 +13135,36 @@ static inline apt_status apt_mot_req_pmdstageaxisparams_decode(
  *
  * Also described in Issue 37, page 120.
  *
- * Erratum apt-stage-id-order: printed 00, 10 and 00, 11; encoded 10 00 and 11 00.
+ * Erratum apt-stage-id-order (MOT_GET_PMDSTAGEAXISPARAMS, stage idents): printed 00, 10 and 00, 11;
+ * encoded 10 00 and 11 00.
  *
- * Erratum apt-stageaxis-example-addresses: printed A2 01; encoded 81 22.
+ * Erratum apt-stageaxis-example-addresses (MOT_GET_PMDSTAGEAXISPARAMS, worked example): printed A2
+ * 01; encoded 81 22.
  *
- * Erratum apt-stageaxis-length: printed 12 00; encoded 4A 00.
+ * Erratum apt-stageaxis-length (MOT_GET_PMDSTAGEAXISPARAMS, byte table): printed 12 00; encoded 4A
+ * 00.
  *
- * Erratum apt-stageaxis-part-no-format: printed char; encoded char[16].
+ * Erratum apt-stageaxis-part-no-format (MOT_GET_PMDSTAGEAXISPARAMS, format of PartNoAxis): printed
+ * char; encoded char[16].
  *
- * Erratum apt-stageaxis-rows: printed no row for the channel, two rows Reserved (word and dword);
- * encoded the channel, four words and four dwords reserved.
+ * Erratum apt-stageaxis-rows (MOT_GET_PMDSTAGEAXISPARAMS, field table): printed no row for the
+ * channel, two rows Reserved (word and dword); encoded the channel, four words and four dwords
+ * reserved.
  *
- * Erratum apt-stageaxis-units: printed encoder counts per cycle, per cycle per cycle; encoded the
- * same times 65536.
+ * Erratum apt-stageaxis-units (MOT_GET_PMDSTAGEAXISPARAMS, maximum velocity and acceleration):
+ * printed encoder counts per cycle, per cycle per cycle; encoded the same times 65536.
  *
- * Erratum apt37-stage-axis-rows: printed nothing; encoded word.
+ * Erratum apt37-stage-axis-rows (MOT_GET_PMDSTAGEAXISPARAMS, field table): printed nothing; encoded
+ * word.
  *
- * Erratum apt37-stage-id-order: printed 00, 10 and 00, 11; encoded 0x10 and 0x11, low byte first.
+ * Erratum apt37-stage-id-order (order of the bytes of a stage id): printed 00, 10 and 00, 11;
+ * encoded 0x10 and 0x11, low byte first.
  *
- * Erratum apt37-stage-ids: printed 00, 10; encoded nothing.
+ * Erratum apt37-stage-ids (MOT_GET_PMDSTAGEAXISPARAMS, order of the bytes of a stage id): printed
+ * 00, 10; encoded nothing.
  *
- * Erratum apt37-stageaxis-units: printed encoder counts per cycle; encoded the units of the
- * velocity parameters.
+ * Erratum apt37-stageaxis-units (limits of acceleration and velocity of a stage): printed encoder
+ * counts per cycle; encoded the units of the velocity parameters.
  */
 typedef struct apt_mot_get_pmdstageaxisparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -13272,11 +13368,13 @@ static inline apt_status apt_mot_get_pmdstageaxisparams_decode(
  * A profile with a high index has short and steep phases of changing acceleration, and may
  * overshoot.
  *
- * Erratum apt37-bow-value: printed 262144 for the bow index 18; encoded 131072.
+ * Erratum apt37-bow-value (largest bow value): printed 262144 for the bow index 18; encoded 131072.
  *
- * Erratum apt37-list-bowindex-ids: printed 0x0450; encoded 0x04F4.
+ * Erratum apt37-list-bowindex-ids (MOT_BOWINDEX in the lists of LTS and MLJ): printed 0x0450;
+ * encoded 0x04F4.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_set_bowindex {
     /** See enum apt_channel; from 0 to 65535. */
@@ -13377,9 +13475,11 @@ static inline apt_status apt_mot_set_bowindex_decode(
  * MOT_REQ_BOWINDEX (0x04F5), to the controller, header only; Issue 37, pages 90, 92. Answered by
  * MOT_GET_BOWINDEX.
  *
- * Erratum apt37-list-bowindex-ids: printed 0x0450; encoded 0x04F4.
+ * Erratum apt37-list-bowindex-ids (MOT_BOWINDEX in the lists of LTS and MLJ): printed 0x0450;
+ * encoded 0x04F4.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_req_bowindex {
     /** See enum apt_channel; from 0 to 255. */
@@ -13471,9 +13571,11 @@ static inline apt_status apt_mot_req_bowindex_decode(
  *
  * MOT_GET_BOWINDEX (0x04F6), to the host, 4 bytes of data; Issue 37, pages 90, 92.
  *
- * Erratum apt37-list-bowindex-ids: printed 0x0450; encoded 0x04F4.
+ * Erratum apt37-list-bowindex-ids (MOT_BOWINDEX in the lists of LTS and MLJ): printed 0x0450;
+ * encoded 0x04F4.
  *
- * Erratum apt37-list-vendor-software: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+ * Erratum apt37-list-vendor-software (Messages that the vendor's software sends to units whose
+ * lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
  */
 typedef struct apt_mot_get_bowindex {
     /** See enum apt_channel; from 0 to 65535. */
@@ -13574,8 +13676,8 @@ static inline apt_status apt_mot_get_bowindex_decode(
  *
  * MOT_SET_TSTACTUATORTYPE (0x04FE), to the controller, header only; Issue 37, page 122.
  *
- * Erratum apt37-actuator-example: printed new ZFS 13 mm as 0x31; encoded 0x31, which the list calls
- * ZST_NEW_13MM.
+ * Erratum apt37-actuator-example (MOT_SET_TSTACTUATORTYPE, actuator of the example): printed new
+ * ZFS 13 mm as 0x31; encoded 0x31, which the list calls ZST_NEW_13MM.
  */
 typedef struct apt_mot_set_tstactuatortype {
     /** See enum apt_actuator_type; from 0 to 255. */
@@ -13671,7 +13773,8 @@ static inline apt_status apt_mot_set_tstactuatortype_decode(
  * It can change the level of the trigger output, and afterwards a signal at the trigger input can
  * start a move. The meaning of the bits depends on the kind of controller.
  *
- * Erratum apt37-trigger-example-address: printed 50 for a BBD201; encoded the bytes as printed.
+ * Erratum apt37-trigger-example-address (MOT_SET_TRIGGER, address of the example): printed 50 for a
+ * BBD201; encoded the bytes as printed.
  */
 typedef struct apt_mot_set_trigger {
     /** See enum apt_channel; from 0 to 255. */
@@ -13955,12 +14058,13 @@ static inline apt_status apt_mot_get_trigger_decode(
  * The table of page 137 and its text have 36 bytes. The vendor's XA software requires them of a
  * KDC101, and its C headers have the last eight as reserved on a K-Cube.
  *
- * Erratum apt37-dim-level-scale: printed 0 to 10 on page 138, 0 to 100 on page 168; encoded each as
- * printed.
+ * Erratum apt37-dim-level-scale (dim level of the display): printed 0 to 10 on page 138, 0 to 100
+ * on page 168; encoded each as printed.
  *
- * Erratum apt37-kcubemmi-lengths: printed 1C 00; encoded 24 00.
+ * Erratum apt37-kcubemmi-lengths (MOT_SET_KCUBEMMIPARAMS, length): printed 1C 00; encoded 24 00.
  *
- * Erratum apt37-kcubemmi-positions: printed two in the text, three in the table; encoded three.
+ * Erratum apt37-kcubemmi-positions (number of teach positions): printed two in the text, three in
+ * the table; encoded three.
  */
 typedef struct apt_mot_set_kcubemmiparams {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -14130,12 +14234,13 @@ static inline apt_status apt_mot_set_kcubemmiparams_decode(
  *
  * The length that the byte tables print (1C); without the fields of the BBD30x.
  *
- * Erratum apt37-dim-level-scale: printed 0 to 10 on page 138, 0 to 100 on page 168; encoded each as
- * printed.
+ * Erratum apt37-dim-level-scale (dim level of the display): printed 0 to 10 on page 138, 0 to 100
+ * on page 168; encoded each as printed.
  *
- * Erratum apt37-kcubemmi-lengths: printed 1C 00; encoded 24 00.
+ * Erratum apt37-kcubemmi-lengths (MOT_SET_KCUBEMMIPARAMS, length): printed 1C 00; encoded 24 00.
  *
- * Erratum apt37-kcubemmi-positions: printed two in the text, three in the table; encoded three.
+ * Erratum apt37-kcubemmi-positions (number of teach positions): printed two in the text, three in
+ * the table; encoded three.
  */
 typedef struct apt_mot_set_kcubemmiparams_short {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -14287,7 +14392,8 @@ static inline apt_status apt_mot_set_kcubemmiparams_short_decode(
  * MOT_REQ_KCUBEMMIPARAMS (0x0521), to the controller, header only; Issue 37, pages 137, 138.
  * Answered by MOT_GET_KCUBEMMIPARAMS.
  *
- * Erratum apt37-list-kcube-sets: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+ * Erratum apt37-list-kcube-sets (REQ and GET of the K-Cube parameter sets in the lists): printed
+ * nothing; encoded MOT_GET_KCUBEMMIPARAMS.
  */
 typedef struct apt_mot_req_kcubemmiparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -14383,9 +14489,10 @@ static inline apt_status apt_mot_req_kcubemmiparams_decode(
  * The table of page 137 and its text have 36 bytes. The vendor's XA software requires them of a
  * KDC101, and its C headers have the last eight as reserved on a K-Cube.
  *
- * Erratum apt37-kcubemmi-lengths: printed 1C 00; encoded 24 00.
+ * Erratum apt37-kcubemmi-lengths (MOT_SET_KCUBEMMIPARAMS, length): printed 1C 00; encoded 24 00.
  *
- * Erratum apt37-list-kcube-sets: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+ * Erratum apt37-list-kcube-sets (REQ and GET of the K-Cube parameter sets in the lists): printed
+ * nothing; encoded MOT_GET_KCUBEMMIPARAMS.
  */
 typedef struct apt_mot_get_kcubemmiparams {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -14555,9 +14662,10 @@ static inline apt_status apt_mot_get_kcubemmiparams_decode(
  *
  * The length that the byte tables print (1C); without the fields of the BBD30x.
  *
- * Erratum apt37-kcubemmi-lengths: printed 1C 00; encoded 24 00.
+ * Erratum apt37-kcubemmi-lengths (MOT_SET_KCUBEMMIPARAMS, length): printed 1C 00; encoded 24 00.
  *
- * Erratum apt37-list-kcube-sets: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+ * Erratum apt37-list-kcube-sets (REQ and GET of the K-Cube parameter sets in the lists): printed
+ * nothing; encoded MOT_GET_KCUBEMMIPARAMS.
  */
 typedef struct apt_mot_get_kcubemmiparams_short {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -14717,7 +14825,7 @@ static inline apt_status apt_mot_get_kcubemmiparams_short_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-kcubetrigio-lengths: printed 28; encoded 27.
+ * Erratum apt37-kcubetrigio-lengths (MOT_SET_KCUBETRIGIOCONFIG, length): printed 28; encoded 27.
  */
 typedef struct apt_mot_set_kcubetrigioconfig {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -14836,7 +14944,7 @@ static inline apt_status apt_mot_set_kcubetrigioconfig_decode(
  *
  * The length that the byte tables and page 143 print (0C).
  *
- * Erratum apt37-kcubetrigio-lengths: printed 28; encoded 27.
+ * Erratum apt37-kcubetrigio-lengths (MOT_SET_KCUBETRIGIOCONFIG, length): printed 28; encoded 27.
  */
 typedef struct apt_mot_set_kcubetrigioconfig_short {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -14957,7 +15065,8 @@ static inline apt_status apt_mot_set_kcubetrigioconfig_short_decode(
  * MOT_REQ_KCUBETRIGIOCONFIG (0x0524), to the controller, header only; Issue 37, pages 140, 142.
  * Answered by MOT_GET_KCUBETRIGIOCONFIG.
  *
- * Erratum apt37-list-kcube-sets: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+ * Erratum apt37-list-kcube-sets (REQ and GET of the K-Cube parameter sets in the lists): printed
+ * nothing; encoded MOT_GET_KCUBEMMIPARAMS.
  */
 typedef struct apt_mot_req_kcubetrigioconfig {
     /** See enum apt_channel; from 0 to 255. */
@@ -15053,7 +15162,8 @@ static inline apt_status apt_mot_req_kcubetrigioconfig_decode(
  * The text of page 140 has 22 bytes. The vendor's KBD101 example sends them, and its XA software
  * requires them of a KDC101.
  *
- * Erratum apt37-list-kcube-sets: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+ * Erratum apt37-list-kcube-sets (REQ and GET of the K-Cube parameter sets in the lists): printed
+ * nothing; encoded MOT_GET_KCUBEMMIPARAMS.
  */
 typedef struct apt_mot_get_kcubetrigioconfig {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -15169,7 +15279,8 @@ static inline apt_status apt_mot_get_kcubetrigioconfig_decode(
  *
  * The length that the byte tables and page 143 print (0C).
  *
- * Erratum apt37-list-kcube-sets: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+ * Erratum apt37-list-kcube-sets (REQ and GET of the K-Cube parameter sets in the lists): printed
+ * nothing; encoded MOT_GET_KCUBEMMIPARAMS.
  */
 typedef struct apt_mot_get_kcubetrigioconfig_short {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -15597,7 +15708,8 @@ static inline apt_status apt_mot_set_kcubepostrigparams_short_decode(
  * MOT_REQ_KCUBEPOSTRIGPARAMS (0x0527), to the controller, header only; Issue 37, pages 144, 146.
  * Answered by MOT_GET_KCUBEPOSTRIGPARAMS.
  *
- * Erratum apt37-list-kcube-sets: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+ * Erratum apt37-list-kcube-sets (REQ and GET of the K-Cube parameter sets in the lists): printed
+ * nothing; encoded MOT_GET_KCUBEMMIPARAMS.
  */
 typedef struct apt_mot_req_kcubepostrigparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -15699,9 +15811,11 @@ static inline apt_status apt_mot_req_kcubepostrigparams_decode(
  * The printed layout and 12 reserved bytes. The vendor's KBD101 example sends these 46 bytes, and
  * its XA software requires them of a KDC101.
  *
- * Erratum apt37-kcubepostrig-lengths: printed IntervalFwd; encoded num_cycles.
+ * Erratum apt37-kcubepostrig-lengths (MOT_SET_KCUBEPOSTRIGPARAMS, length): printed IntervalFwd;
+ * encoded num_cycles.
  *
- * Erratum apt37-list-kcube-sets: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+ * Erratum apt37-list-kcube-sets (REQ and GET of the K-Cube parameter sets in the lists): printed
+ * nothing; encoded MOT_GET_KCUBEMMIPARAMS.
  */
 typedef struct apt_mot_get_kcubepostrigparams {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -15850,9 +15964,11 @@ static inline apt_status apt_mot_get_kcubepostrigparams_decode(
  *
  * The layout that pages 146 and 153 print.
  *
- * Erratum apt37-kcubepostrig-lengths: printed IntervalFwd; encoded num_cycles.
+ * Erratum apt37-kcubepostrig-lengths (MOT_SET_KCUBEPOSTRIGPARAMS, length): printed IntervalFwd;
+ * encoded num_cycles.
  *
- * Erratum apt37-list-kcube-sets: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+ * Erratum apt37-list-kcube-sets (REQ and GET of the K-Cube parameter sets in the lists): printed
+ * nothing; encoded MOT_GET_KCUBEMMIPARAMS.
  */
 typedef struct apt_mot_get_kcubepostrigparams_short {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -16002,12 +16118,14 @@ static inline apt_status apt_mot_get_kcubepostrigparams_short_decode(
  * The document does not say whether something moves. A change to closed loop, or of a gain in
  * closed loop, may start a correction of the position.
  *
- * Erratum apt37-kstloop-example-clip: printed 100,000, 100,000,000, and at most 16777216; encoded
- * 100000, as the list above the byte line says.
+ * Erratum apt37-kstloop-example-clip (MOT_SET_KCUBEKSTLOOPPARAMS, clip of the example): printed
+ * 100,000, 100,000,000, and at most 16777216; encoded 100000, as the list above the byte line says.
  *
- * Erratum apt37-kstloop-example-encoder: printed 4292282941; encoded 2684355.
+ * Erratum apt37-kstloop-example-encoder (MOT_SET_KCUBEKSTLOOPPARAMS, encoder constant of the
+ * example): printed 4292282941; encoded 2684355.
  *
- * Erratum apt37-kstloop-table: printed long; encoded nothing.
+ * Erratum apt37-kstloop-table (MOT_SET_KCUBEKSTLOOPPARAMS, length of the reply and rows): printed
+ * long; encoded nothing.
  */
 typedef struct apt_mot_set_kcubekstloopparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -16251,7 +16369,8 @@ static inline apt_status apt_mot_req_kcubekstloopparams_decode(
  *
  * MOT_GET_KCUBEKSTLOOPPARAMS (0x052B), to the host, 36 bytes of data; Issue 37, pages 148, 150.
  *
- * Erratum apt37-kstloop-table: printed long; encoded nothing.
+ * Erratum apt37-kstloop-table (MOT_SET_KCUBEKSTLOOPPARAMS, length of the reply and rows): printed
+ * long; encoded nothing.
  */
 typedef struct apt_mot_get_kcubekstloopparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -16398,12 +16517,13 @@ static inline apt_status apt_mot_get_kcubekstloopparams_decode(
  *
  * MOT_SET_LCDDISPLAYPARAMS (0x0543), to the controller, 10 bytes of data; Issue 37, page 168.
  *
- * Erratum apt37-bbd30x-length-cells: printed 0C 00; encoded 06 00.
+ * Erratum apt37-bbd30x-length-cells (length cells of the BBD30x messages): printed 0C 00; encoded
+ * 06 00.
  *
- * Erratum apt37-dim-level-scale: printed 0 to 10 on page 138, 0 to 100 on page 168; encoded each as
- * printed.
+ * Erratum apt37-dim-level-scale (dim level of the display): printed 0 to 10 on page 138, 0 to 100
+ * on page 168; encoded each as printed.
  *
- * Erratum apt37-signs-of-words: printed word; encoded short.
+ * Erratum apt37-signs-of-words (signed values with the format word): printed word; encoded short.
  */
 typedef struct apt_mot_set_lcddisplayparams {
     /**
@@ -16731,7 +16851,7 @@ static inline apt_status apt_mot_get_lcddisplayparams_decode(
  * 50 bytes with three preset positions, as the vendor's XA software simulates it for the BBD303 and
  * as its C headers have it.
  *
- * Erratum apt37-lcdmove-length: printed 0C 00; encoded 18 00.
+ * Erratum apt37-lcdmove-length (MOT_SET_LCDMOVEPARAMS, length): printed 0C 00; encoded 18 00.
  */
 typedef struct apt_mot_set_lcdmoveparams {
     /** See enum apt_motor_channel; from 0 to 65535. */
@@ -16878,7 +16998,7 @@ static inline apt_status apt_mot_set_lcdmoveparams_decode(
  *
  * The layout that pages 169 and 170 print, although the length in the header is printed as 0C.
  *
- * Erratum apt37-lcdmove-length: printed 0C 00; encoded 18 00.
+ * Erratum apt37-lcdmove-length (MOT_SET_LCDMOVEPARAMS, length): printed 0C 00; encoded 18 00.
  */
 typedef struct apt_mot_set_lcdmoveparams_short {
     /** See enum apt_motor_channel; from 0 to 65535. */
@@ -17400,13 +17520,17 @@ static inline apt_status apt_mot_get_lcdmoveparams_short_decode(
  * and page 176 another, and no source shows which a controller obeys; see the erratum
  * apt37-synch-ids.
  *
- * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-list-synch-ids (SYNCH messages in the list of the BBD30x): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synch-headers: printed D; encoded d.
+ * Erratum apt37-synch-headers (headers of synchronized moves and raster scans): printed D; encoded
+ * d.
  *
- * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-synch-ids (ids of the messages for synchronized moves): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-syncharray-example-cut: printed 56 of 1208 declared bytes; encoded nothing.
+ * Erratum apt37-syncharray-example-cut (MOT_SET_MOVESYNCHARRAY, example): printed 56 of 1208
+ * declared bytes; encoded nothing.
  */
 typedef struct apt_mot_set_movesyncharray {
     /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
@@ -17575,16 +17699,19 @@ static inline apt_status apt_mot_set_movesyncharray_decode(
  * and page 176 another, and no source shows which a controller obeys; see the erratum
  * apt37-synch-ids.
  *
- * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-list-synch-ids (SYNCH messages in the list of the BBD30x): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synch-headers: printed D; encoded d.
+ * Erratum apt37-synch-headers (headers of synchronized moves and raster scans): printed D; encoded
+ * d.
  *
- * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-synch-ids (ids of the messages for synchronized moves): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synchparams-example-length: printed 38 bytes, the tables have 20; encoded both
- * lengths are decoded.
+ * Erratum apt37-synchparams-example-length (MOT_SET_MOVESYNCHPARAMS, example): printed 38 bytes,
+ * the tables have 20; encoded both lengths are decoded.
  *
- * Erratum apt37-synchparams-length: printed 25; encoded 43.
+ * Erratum apt37-synchparams-length (MOT_SET_MOVESYNCHPARAMS, length): printed 25; encoded 43.
  */
 typedef struct apt_mot_set_movesynchparams {
     /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
@@ -17712,16 +17839,19 @@ static inline apt_status apt_mot_set_movesynchparams_decode(
  * and page 176 another, and no source shows which a controller obeys; see the erratum
  * apt37-synch-ids.
  *
- * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-list-synch-ids (SYNCH messages in the list of the BBD30x): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synch-headers: printed D; encoded d.
+ * Erratum apt37-synch-headers (headers of synchronized moves and raster scans): printed D; encoded
+ * d.
  *
- * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-synch-ids (ids of the messages for synchronized moves): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synchparams-example-length: printed 38 bytes, the tables have 20; encoded both
- * lengths are decoded.
+ * Erratum apt37-synchparams-example-length (MOT_SET_MOVESYNCHPARAMS, example): printed 38 bytes,
+ * the tables have 20; encoded both lengths are decoded.
  *
- * Erratum apt37-synchparams-length: printed 25; encoded 43.
+ * Erratum apt37-synchparams-length (MOT_SET_MOVESYNCHPARAMS, length): printed 25; encoded 43.
  */
 typedef struct apt_mot_set_movesynchparams_short {
     /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
@@ -17868,11 +17998,14 @@ static inline apt_status apt_mot_set_movesynchparams_short_decode(
  * and page 176 another, and no source shows which a controller obeys; see the erratum
  * apt37-synch-ids.
  *
- * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-list-synch-ids (SYNCH messages in the list of the BBD30x): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synch-headers: printed D; encoded d.
+ * Erratum apt37-synch-headers (headers of synchronized moves and raster scans): printed D; encoded
+ * d.
  *
- * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-synch-ids (ids of the messages for synchronized moves): printed 0x0A00; encoded
+ * 0x0980.
  */
 typedef struct apt_mot_move_synchstart {
     /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
@@ -17980,13 +18113,17 @@ static inline apt_status apt_mot_move_synchstart_decode(
  * and page 176 another, and no source shows which a controller obeys; see the erratum
  * apt37-synch-ids.
  *
- * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-list-synch-ids (SYNCH messages in the list of the BBD30x): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synch-headers: printed D; encoded d.
+ * Erratum apt37-synch-headers (headers of synchronized moves and raster scans): printed D; encoded
+ * d.
  *
- * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-synch-ids (ids of the messages for synchronized moves): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-syncharray-example-cut: printed 56 of 1208 declared bytes; encoded nothing.
+ * Erratum apt37-syncharray-example-cut (MOT_SET_MOVESYNCHARRAY, example): printed 56 of 1208
+ * declared bytes; encoded nothing.
  */
 typedef struct apt_mot_set_movesyncharray_0a00 {
     /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
@@ -18166,16 +18303,19 @@ static inline apt_status apt_mot_set_movesyncharray_0a00_decode(
  * and page 176 another, and no source shows which a controller obeys; see the erratum
  * apt37-synch-ids.
  *
- * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-list-synch-ids (SYNCH messages in the list of the BBD30x): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synch-headers: printed D; encoded d.
+ * Erratum apt37-synch-headers (headers of synchronized moves and raster scans): printed D; encoded
+ * d.
  *
- * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-synch-ids (ids of the messages for synchronized moves): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synchparams-example-length: printed 38 bytes, the tables have 20; encoded both
- * lengths are decoded.
+ * Erratum apt37-synchparams-example-length (MOT_SET_MOVESYNCHPARAMS, example): printed 38 bytes,
+ * the tables have 20; encoded both lengths are decoded.
  *
- * Erratum apt37-synchparams-length: printed 25; encoded 43.
+ * Erratum apt37-synchparams-length (MOT_SET_MOVESYNCHPARAMS, length): printed 25; encoded 43.
  */
 typedef struct apt_mot_set_movesynchparams_0a03 {
     /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
@@ -18312,16 +18452,19 @@ static inline apt_status apt_mot_set_movesynchparams_0a03_decode(
  * and page 176 another, and no source shows which a controller obeys; see the erratum
  * apt37-synch-ids.
  *
- * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-list-synch-ids (SYNCH messages in the list of the BBD30x): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synch-headers: printed D; encoded d.
+ * Erratum apt37-synch-headers (headers of synchronized moves and raster scans): printed D; encoded
+ * d.
  *
- * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-synch-ids (ids of the messages for synchronized moves): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synchparams-example-length: printed 38 bytes, the tables have 20; encoded both
- * lengths are decoded.
+ * Erratum apt37-synchparams-example-length (MOT_SET_MOVESYNCHPARAMS, example): printed 38 bytes,
+ * the tables have 20; encoded both lengths are decoded.
  *
- * Erratum apt37-synchparams-length: printed 25; encoded 43.
+ * Erratum apt37-synchparams-length (MOT_SET_MOVESYNCHPARAMS, length): printed 25; encoded 43.
  */
 typedef struct apt_mot_set_movesynchparams_0a03_short {
     /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
@@ -18467,11 +18610,14 @@ static inline apt_status apt_mot_set_movesynchparams_0a03_short_decode(
  * and page 176 another, and no source shows which a controller obeys; see the erratum
  * apt37-synch-ids.
  *
- * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-list-synch-ids (SYNCH messages in the list of the BBD30x): printed 0x0A00; encoded
+ * 0x0980.
  *
- * Erratum apt37-synch-headers: printed D; encoded d.
+ * Erratum apt37-synch-headers (headers of synchronized moves and raster scans): printed D; encoded
+ * d.
  *
- * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ * Erratum apt37-synch-ids (ids of the messages for synchronized moves): printed 0x0A00; encoded
+ * 0x0980.
  */
 typedef struct apt_mot_move_synchstart_0a06 {
     /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
@@ -18573,9 +18719,11 @@ static inline apt_status apt_mot_move_synchstart_0a06_decode(
  *
  * MOT_SET_RASTERMOVEPARAMS (0x0A10), to the controller, 36 bytes of data; Issue 37, page 177.
  *
- * Erratum apt37-raster-start-unit: printed mm; encoded position steps.
+ * Erratum apt37-raster-start-unit (MOT_SET_RASTERMOVEPARAMS, unit of the start positions): printed
+ * mm; encoded position steps.
  *
- * Erratum apt37-synch-headers: printed D; encoded d.
+ * Erratum apt37-synch-headers (headers of synchronized moves and raster scans): printed D; encoded
+ * d.
  */
 typedef struct apt_mot_set_rastermoveparams {
     /** See enum apt_scan_pattern; from 0 to 65535. */

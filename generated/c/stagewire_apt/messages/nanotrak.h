@@ -599,7 +599,7 @@ static inline apt_status apt_pz_get_nttrackthreshold_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-ntcirchomepos-id: printed 06 06; encoded 09 06.
+ * Erratum apt37-ntcirchomepos-id (PZ_SET_NTCIRCHOMEPOS, byte table): printed 06 06; encoded 09 06.
  */
 typedef struct apt_pz_set_ntcirchomepos {
     /** Horizontal; in counts, 13107/2 per NT; from 0 to 65535. */
@@ -1080,12 +1080,14 @@ static inline apt_status apt_pz_req_ntcirccentrepos_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-nt-absreading-range: printed 1 nA; encoded 0.
+ * Erratum apt37-nt-absreading-range (Range of AbsReading): printed 1 nA; encoded 0.
  *
- * Erratum apt37-nt-circpos-home: printed coordinates of the circle home position; encoded the
- * present position of the circle.
+ * Erratum apt37-nt-circpos-home (PZ_GET_NTCIRCCENTREPOS and PZ_GET_NTSTATUSUPDATE, meaning of the
+ * position): printed coordinates of the circle home position; encoded the present position of the
+ * circle.
  *
- * Erratum apt37-ntcirccentrepos-id: printed 06 06; encoded 14 06.
+ * Erratum apt37-ntcirccentrepos-id (PZ_GET_NTCIRCCENTREPOS, byte table): printed 06 06; encoded 14
+ * 06.
  */
 typedef struct apt_pz_get_ntcirccentrepos {
     /**
@@ -1426,7 +1428,7 @@ static inline apt_status apt_pz_req_ntcircparams_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-ntcircdia-bytes: printed 00; encoded circ_dia_high.
+ * Erratum apt37-ntcircdia-bytes (PZ_SET_NTCIRCDIA, byte table): printed 00; encoded circ_dia_high.
  */
 typedef struct apt_pz_set_ntcircdia {
     /** Low byte of the diameter; from 0 to 255. */
@@ -1640,7 +1642,8 @@ static inline apt_status apt_pz_get_ntcircparams_decode(
  * The number of a field is the value of the range: lut_val_3 is for range 1, and lut_val_16 for
  * range 14. While the unit tracks in this mode, the piezo axes follow a change at once.
  *
- * Erratum apt37-nt-lut-tna-range: printed range 1 in byte 9; encoded range 3 in byte 9.
+ * Erratum apt37-nt-lut-tna-range (PZ_SET_NTCIRCDIALUT, first range of the TNA001): printed range 1
+ * in byte 9; encoded range 3 in byte 9.
  */
 typedef struct apt_pz_set_ntcircdialut {
     /**
@@ -2139,9 +2142,10 @@ static inline apt_status apt_pz_get_ntcircdialut_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-nt-phasecomp-angle: printed -30 degrees; encoded 332.64 degrees, or -27.36 degrees.
+ * Erratum apt37-nt-phasecomp-angle (PZ_SET_NTPHASECOMPPARAMS, angle of the example): printed -30
+ * degrees; encoded 332.64 degrees, or -27.36 degrees.
  *
- * Erratum apt37-ntphasecomp-length: printed 10; encoded 12.
+ * Erratum apt37-ntphasecomp-length (PZ_SET_NTPHASECOMPPARAMS, length): printed 10; encoded 12.
  */
 typedef struct apt_pz_set_ntphasecompparams {
     /** Cannot be changed; see enum apt_phase_compensation_mode; from 0 to 65535. */
@@ -2448,8 +2452,8 @@ static inline apt_status apt_pz_get_ntphasecompparams_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-nt-range-sw-modes: printed only with manual ranges; encoded the range of the modes
- * 3 and 4, which set it.
+ * Erratum apt37-nt-range-sw-modes (PZ_SET_NTTIARANGEPARAMS, use of RangeSW): printed only with
+ * manual ranges; encoded the range of the modes 3 and 4, which set it.
  */
 typedef struct apt_pz_set_nttiarangeparams {
     /** See enum apt_tia_range_mode; from 0 to 65535. */
@@ -3097,11 +3101,12 @@ static inline apt_status apt_pz_get_ntgainparams_decode(
  *
  * PZ_SET_NTTIALPFILTERPARAMS (0x0636), to the controller, 20 bytes of data; Issue 37, page 268.
  *
- * Erratum apt37-list-nt-low-pass-filter: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the
- * list.
+ * Erratum apt37-list-nt-low-pass-filter (PZ_NTTIALPFILTERPARAMS in the list of the NanoTraks):
+ * printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the list.
  *
- * Erratum apt37-nt-lpfilter-example-title: printed sets the filter to 1 Hz; encoded 5, the filter
- * of 100 Hz.
+ * Erratum apt37-nt-lpfilter-example-title (PZ_SET_NTTIALPFILTERPARAMS and
+ * KNA_SET_NTTIALPFILTERCOEFFS, title of the examples): printed sets the filter to 1 Hz; encoded 5,
+ * the filter of 100 Hz.
  */
 typedef struct apt_pz_set_nttialpfilterparams {
     /** Param1 in the byte table; see enum apt_tia_lp_filter; from -2147483648 to 2147483647. */
@@ -3217,8 +3222,8 @@ static inline apt_status apt_pz_set_nttialpfilterparams_decode(
  * PZ_REQ_NTTIALPFILTERPARAMS (0x0637), to the controller, header only; Issue 37, pages 268, 269.
  * Answered by PZ_GET_NTTIALPFILTERPARAMS.
  *
- * Erratum apt37-list-nt-low-pass-filter: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the
- * list.
+ * Erratum apt37-list-nt-low-pass-filter (PZ_NTTIALPFILTERPARAMS in the list of the NanoTraks):
+ * printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the list.
  */
 typedef struct apt_pz_req_nttialpfilterparams {
     /** Unused parameter byte; from 0 to 255. */
@@ -3317,8 +3322,8 @@ static inline apt_status apt_pz_req_nttialpfilterparams_decode(
  *
  * PZ_GET_NTTIALPFILTERPARAMS (0x0638), to the host, 20 bytes of data; Issue 37, pages 268, 269.
  *
- * Erratum apt37-list-nt-low-pass-filter: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the
- * list.
+ * Erratum apt37-list-nt-low-pass-filter (PZ_NTTIALPFILTERPARAMS in the list of the NanoTraks):
+ * printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the list.
  */
 typedef struct apt_pz_get_nttialpfilterparams {
     /** Param1 in the byte table; see enum apt_tia_lp_filter; from -2147483648 to 2147483647. */
@@ -3534,13 +3539,14 @@ static inline apt_status apt_pz_req_nttiareading_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-nt-absreading-range: printed 1 nA; encoded 0.
+ * Erratum apt37-nt-absreading-range (Range of AbsReading): printed 1 nA; encoded 0.
  *
- * Erratum apt37-nt-tiareading-example-addresses: printed D0, 01; encoded 81 50.
+ * Erratum apt37-nt-tiareading-example-addresses (PZ_GET_NTTIAREADING, addresses of the example):
+ * printed D0, 01; encoded 81 50.
  *
- * Erratum apt37-nt-tiareading-example-value: printed 00, 00 in the byte line and 00, 40 in the
- * breakdown; 20 nA for four zeros; encoded 00 40 for the relative reading, and zeros for the
- * absolute one as printed.
+ * Erratum apt37-nt-tiareading-example-value (PZ_GET_NTTIAREADING, readings of the example): printed
+ * 00, 00 in the byte line and 00, 40 in the breakdown; 20 nA for four zeros; encoded 00 40 for the
+ * relative reading, and zeros for the absolute one as printed.
  */
 typedef struct apt_pz_get_nttiareading {
     /**
@@ -3655,7 +3661,8 @@ static inline apt_status apt_pz_get_nttiareading_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-ntfeedbacksrc-byte: printed 00; encoded feedback_src.
+ * Erratum apt37-ntfeedbacksrc-byte (PZ_SET_NTFEEDBACKSRC and PZ_GET_NTFEEDBACKSRC, byte tables):
+ * printed 00; encoded feedback_src.
  */
 typedef struct apt_pz_set_ntfeedbacksrc {
     /**
@@ -3845,7 +3852,8 @@ static inline apt_status apt_pz_req_ntfeedbacksrc_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-ntfeedbacksrc-byte: printed 00; encoded feedback_src.
+ * Erratum apt37-ntfeedbacksrc-byte (PZ_SET_NTFEEDBACKSRC and PZ_GET_NTFEEDBACKSRC, byte tables):
+ * printed 00; encoded feedback_src.
  */
 typedef struct apt_pz_get_ntfeedbacksrc {
     /**
@@ -4038,11 +4046,12 @@ static inline apt_status apt_pz_req_ntstatusbits_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-bnt-status-two-meanings: printed 0x00100000 and 0x00200000 twice: as the control
- * modes of the channels, and as the digital inputs 1 and 2; encoded channel_a_closed_loop and
- * channel_b_closed_loop, whose notes have both meanings.
+ * Erratum apt37-bnt-status-two-meanings (PZ_GET_NTSTATUSBITS, bits 21 and 22 of the BNT series):
+ * printed 0x00100000 and 0x00200000 twice: as the control modes of the channels, and as the digital
+ * inputs 1 and 2; encoded channel_a_closed_loop and channel_b_closed_loop, whose notes have both
+ * meanings.
  *
- * Erratum apt37-ntstatusbits-length: printed 0A 00; encoded 06 00.
+ * Erratum apt37-ntstatusbits-length (PZ_GET_NTSTATUSBITS, length): printed 0A 00; encoded 06 00.
  */
 typedef struct apt_pz_get_ntstatusbits {
     /** Bits APT_BNT_STATUS_BITS_...; from 0 to 4294967295. */
@@ -4137,11 +4146,12 @@ static inline apt_status apt_pz_get_ntstatusbits_decode(
  *
  * The length in the text, and the offsets of the byte table.
  *
- * Erratum apt37-bnt-status-two-meanings: printed 0x00100000 and 0x00200000 twice: as the control
- * modes of the channels, and as the digital inputs 1 and 2; encoded channel_a_closed_loop and
- * channel_b_closed_loop, whose notes have both meanings.
+ * Erratum apt37-bnt-status-two-meanings (PZ_GET_NTSTATUSBITS, bits 21 and 22 of the BNT series):
+ * printed 0x00100000 and 0x00200000 twice: as the control modes of the channels, and as the digital
+ * inputs 1 and 2; encoded channel_a_closed_loop and channel_b_closed_loop, whose notes have both
+ * meanings.
  *
- * Erratum apt37-ntstatusbits-length: printed 0A 00; encoded 06 00.
+ * Erratum apt37-ntstatusbits-length (PZ_GET_NTSTATUSBITS, length): printed 0A 00; encoded 06 00.
  */
 typedef struct apt_pz_get_ntstatusbits_short {
     /** Bits APT_BNT_STATUS_BITS_...; from 0 to 4294967295. */
@@ -4333,16 +4343,19 @@ static inline apt_status apt_pz_req_ntstatusupdate_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-bnt-status-two-meanings: printed 0x00100000 and 0x00200000 twice: as the control
- * modes of the channels, and as the digital inputs 1 and 2; encoded channel_a_closed_loop and
- * channel_b_closed_loop, whose notes have both meanings.
+ * Erratum apt37-bnt-status-two-meanings (PZ_GET_NTSTATUSBITS, bits 21 and 22 of the BNT series):
+ * printed 0x00100000 and 0x00200000 twice: as the control modes of the channels, and as the digital
+ * inputs 1 and 2; encoded channel_a_closed_loop and channel_b_closed_loop, whose notes have both
+ * meanings.
  *
- * Erratum apt37-nt-absreading-range: printed 1 nA; encoded 0.
+ * Erratum apt37-nt-absreading-range (Range of AbsReading): printed 1 nA; encoded 0.
  *
- * Erratum apt37-nt-circpos-home: printed coordinates of the circle home position; encoded the
- * present position of the circle.
+ * Erratum apt37-nt-circpos-home (PZ_GET_NTCIRCCENTREPOS and PZ_GET_NTSTATUSUPDATE, meaning of the
+ * position): printed coordinates of the circle home position; encoded the present position of the
+ * circle.
  *
- * Erratum apt37-ntstatusupdate-bpc-bits: printed nothing; encoded channel_a_connected.
+ * Erratum apt37-ntstatusupdate-bpc-bits (PZ_GET_NTSTATUSUPDATE, second table of status bits):
+ * printed nothing; encoded channel_a_connected.
  */
 typedef struct apt_pz_get_ntstatusupdate {
     /**
@@ -4584,8 +4597,9 @@ static inline apt_status apt_pz_ack_ntstatusupdate_decode(
  *
  * KNA_SET_NTTIALPFILTERCOEFFS (0x0687), to the controller, 20 bytes of data; Issue 37, page 281.
  *
- * Erratum apt37-nt-lpfilter-example-title: printed sets the filter to 1 Hz; encoded 5, the filter
- * of 100 Hz.
+ * Erratum apt37-nt-lpfilter-example-title (PZ_SET_NTTIALPFILTERPARAMS and
+ * KNA_SET_NTTIALPFILTERCOEFFS, title of the examples): printed sets the filter to 1 Hz; encoded 5,
+ * the filter of 100 Hz.
  */
 typedef struct apt_kna_set_nttialpfiltercoeffs {
     /** Param1 in the byte table; see enum apt_tia_lp_filter; from -2147483648 to 2147483647. */
@@ -4917,11 +4931,11 @@ static inline apt_status apt_kna_get_nttialpfiltercoeffs_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-kna-mmi-example-length: printed 4 bytes after a header that announces 16; encoded
- * 16 bytes, the last twelve reserved.
+ * Erratum apt37-kna-mmi-example-length (KNA_SET_KCUBEMMIPARAMS, length of the example): printed 4
+ * bytes after a header that announces 16; encoded 16 bytes, the last twelve reserved.
  *
- * Erratum apt37-kna-mmi-timeout: printed the display time out and the dim level are described
- * below; encoded two fields and reserved words.
+ * Erratum apt37-kna-mmi-timeout (KNA_SET_KCUBEMMIPARAMS, time out and dim level): printed the
+ * display time out and the dim level are described below; encoded two fields and reserved words.
  */
 typedef struct apt_kna_set_kcubemmiparams {
     /** See enum apt_kna_wheel_step; from 0 to 65535. */
@@ -5445,7 +5459,8 @@ static inline apt_status apt_kna_req_kcubetrigioconfig_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-kna-trigio-id: printed 8D 06; encoded 8F 06.
+ * Erratum apt37-kna-trigio-id (KNA_GET_KCUBETRIGIOCONFIG, byte table): printed 8D 06; encoded 8F
+ * 06.
  */
 typedef struct apt_kna_get_kcubetrigioconfig {
     /** Function of IO1; see enum apt_kna_trigger_port_mode; from 0 to 65535. */
@@ -5572,7 +5587,8 @@ static inline apt_status apt_kna_get_kcubetrigioconfig_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-kna-xyscan-example-id: printed 90, 06; encoded A0 06.
+ * Erratum apt37-kna-xyscan-example-id (KNA_REQ_XYSCAN, id of the example): printed 90, 06; encoded
+ * A0 06.
  */
 typedef struct apt_kna_req_xyscan {
     /** Always 0x01. */
@@ -5960,7 +5976,8 @@ static inline apt_status apt_nt_set_eepromparams_decode(
  * The simulated KNA101 of the vendor's XA software does not answer the request; it has
  * KNA_KCUBEMMIPARAMS.
  *
- * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
+ * Erratum apt37-list-nt-cube-settings (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of the
+ * NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  */
 typedef struct apt_nt_set_tna_dispsettings {
     /** 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255. */
@@ -6055,7 +6072,8 @@ static inline apt_status apt_nt_set_tna_dispsettings_decode(
  * NT_REQ_TNA_DISPSETTINGS (0x07E9), to the controller, header only; Issue 37, page 291. Answered by
  * NT_GET_TNA_DISPSETTINGS.
  *
- * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
+ * Erratum apt37-list-nt-cube-settings (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of the
+ * NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  */
 typedef struct apt_nt_req_tna_dispsettings {
     /** Always 0x01. */
@@ -6147,7 +6165,8 @@ static inline apt_status apt_nt_req_tna_dispsettings_decode(
  *
  * NT_GET_TNA_DISPSETTINGS (0x07EA), to the host, 2 bytes of data; Issue 37, page 291.
  *
- * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
+ * Erratum apt37-list-nt-cube-settings (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of the
+ * NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  */
 typedef struct apt_nt_get_tna_dispsettings {
     /** 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255. */
@@ -6246,15 +6265,20 @@ static inline apt_status apt_nt_get_tna_dispsettings_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
+ * Erratum apt37-list-nt-cube-settings (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of the
+ * NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  *
- * Erratum apt37-tna-io-breakdown: printed 0 to 5V for 02, 00; encoded 0 to 10 V.
+ * Erratum apt37-tna-io-breakdown (NT_SET_TNAIOSETTINGS, range in the breakdown): printed 0 to 5V
+ * for 02, 00; encoded 0 to 10 V.
  *
- * Erratum apt37-tna-io-example-bits: printed 01, 10 and 00, 10; encoded 11 00 and 10 00.
+ * Erratum apt37-tna-io-example-bits (NT_SET_TNAIOSETTINGS, bits of the example): printed 01, 10 and
+ * 00, 10; encoded 11 00 and 10 00.
  *
- * Erratum apt37-tnaiosettings-bits: printed 75v; encoded nothing.
+ * Erratum apt37-tnaiosettings-bits (NT_SET_TNAIOSETTINGS, bits of the KNA101): printed 75v; encoded
+ * nothing.
  *
- * Erratum apt37-tnaiosettings-length: printed 04 00; encoded 08 00.
+ * Erratum apt37-tnaiosettings-length (NT_SET_TNAIOSETTINGS and NT_GET_TNAIOSETTINGS, length):
+ * printed 04 00; encoded 08 00.
  */
 typedef struct apt_nt_set_tnaiosettings {
     /**
@@ -6368,7 +6392,8 @@ static inline apt_status apt_nt_set_tnaiosettings_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
+ * Erratum apt37-list-nt-cube-settings (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of the
+ * NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  */
 typedef struct apt_nt_req_tnaiosettings {
     /** See enum apt_channel; from 0 to 255. */
@@ -6463,9 +6488,11 @@ static inline apt_status apt_nt_req_tnaiosettings_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-list-nt-cube-settings: printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
+ * Erratum apt37-list-nt-cube-settings (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of the
+ * NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
  *
- * Erratum apt37-tnaiosettings-length: printed 04 00; encoded 08 00.
+ * Erratum apt37-tnaiosettings-length (NT_SET_TNAIOSETTINGS and NT_GET_TNAIOSETTINGS, length):
+ * printed 04 00; encoded 08 00.
  */
 typedef struct apt_nt_get_tnaiosettings {
     /**

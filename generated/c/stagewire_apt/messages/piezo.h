@@ -29,7 +29,8 @@
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ * Erratum apt37-list-kna101-vendor-software (Messages that the list of the KNA101 omits): printed
+ * nothing; encoded HW_GET_KCUBEMMILOCK.
  */
 typedef struct apt_pz_set_poscontrolmode {
     /** See enum apt_channel; from 0 to 255. */
@@ -126,7 +127,8 @@ static inline apt_status apt_pz_set_poscontrolmode_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ * Erratum apt37-list-kna101-vendor-software (Messages that the list of the KNA101 omits): printed
+ * nothing; encoded HW_GET_KCUBEMMILOCK.
  */
 typedef struct apt_pz_req_poscontrolmode {
     /** See enum apt_channel; from 0 to 255. */
@@ -223,7 +225,8 @@ static inline apt_status apt_pz_req_poscontrolmode_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ * Erratum apt37-list-kna101-vendor-software (Messages that the list of the KNA101 omits): printed
+ * nothing; encoded HW_GET_KCUBEMMILOCK.
  */
 typedef struct apt_pz_get_poscontrolmode {
     /** See enum apt_channel; from 0 to 255. */
@@ -320,10 +323,11 @@ static inline apt_status apt_pz_get_poscontrolmode_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt-signed-range-7fff: printed -32768 to 32767 (-7FFF to 7FFF); encoded -32768 to 32767,
- * with 32767 for 100%.
+ * Erratum apt-signed-range-7fff (Piezo voltages): printed -32768 to 32767 (-7FFF to 7FFF); encoded
+ * -32768 to 32767, with 32767 for 100%.
  *
- * Erratum apt37-piezo-outputvolts-hexadecimal: printed -7FFF; encoded -32768.
+ * Erratum apt37-piezo-outputvolts-hexadecimal (PZ_SET_OUTPUTVOLTS and PZ_GET_PZSTATUSUPDATE, lowest
+ * voltage in hexadecimal): printed -7FFF; encoded -32768.
  */
 typedef struct apt_pz_set_outputvolts {
     /** See enum apt_channel; from 0 to 65535. */
@@ -624,9 +628,11 @@ static inline apt_status apt_pz_get_outputvolts_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt-outputpos-example-position: printed 66 26 for 15 µm of 100 µm; encoded 33 13.
+ * Erratum apt-outputpos-example-position (PZ_SET_OUTPUTPOS, worked example): printed 66 26 for 15
+ * µm of 100 µm; encoded 33 13.
  *
- * Erratum apt37-list-ct1p-outputpos: printed nothing; encoded PZ_SET_OUTPUTPOS.
+ * Erratum apt37-list-ct1p-outputpos (PZ_SET_OUTPUTPOS in the list of the CT1P): printed nothing;
+ * encoded PZ_SET_OUTPUTPOS.
  */
 typedef struct apt_pz_set_outputpos {
     /** See enum apt_channel; from 0 to 65535. */
@@ -1030,11 +1036,14 @@ static inline apt_status apt_pz_set_maxtravel_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
+ * Erratum apt-request-channel-fixed (Requests with a fixed channel): printed 01 in byte 2; encoded
+ * Chan Ident in byte 2.
  *
- * Erratum apt37-list-bpc30x-maxtravel: printed nothing; encoded PZ_GET_MAXTRAVEL.
+ * Erratum apt37-list-bpc30x-maxtravel (PZ_MAXTRAVEL in the list of the BPC30x): printed nothing;
+ * encoded PZ_GET_MAXTRAVEL.
  *
- * Erratum apt37-piezo-request-channel-fixed: printed 01; encoded chan_ident.
+ * Erratum apt37-piezo-request-channel-fixed (Requests with a fixed channel, or a channel of another
+ * name): printed 01; encoded chan_ident.
  */
 typedef struct apt_pz_req_maxtravel {
     /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
@@ -1131,18 +1140,23 @@ static inline apt_status apt_pz_req_maxtravel_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt-list-bpc30x-maxtravel: printed PZ_SET_OUTPUTMAXVOLTS and no PZ_GET_MAXTRAVEL; encoded
- * also PZ_GET_MAXTRAVEL.
+ * Erratum apt-list-bpc30x-maxtravel (List of the BPC30x series, PZ_GET_MAXTRAVEL): printed
+ * PZ_SET_OUTPUTMAXVOLTS and no PZ_GET_MAXTRAVEL; encoded also PZ_GET_MAXTRAVEL.
  *
- * Erratum apt-maxtravel-example-addresses: printed 01 A2; encoded 81 22.
+ * Erratum apt-maxtravel-example-addresses (PZ_GET_MAXTRAVEL, worked example): printed 01 A2;
+ * encoded 81 22.
  *
- * Erratum apt-maxtravel-format-missing: printed no format of Travel; encoded word.
+ * Erratum apt-maxtravel-format-missing (PZ_GET_MAXTRAVEL, field table): printed no format of
+ * Travel; encoded word.
  *
- * Erratum apt-maxtravel-unit: printed a value (in microns); encoded steps of 100 nm.
+ * Erratum apt-maxtravel-unit (PZ_GET_MAXTRAVEL, travel): printed a value (in microns); encoded
+ * steps of 100 nm.
  *
- * Erratum apt37-list-bpc30x-maxtravel: printed nothing; encoded PZ_GET_MAXTRAVEL.
+ * Erratum apt37-list-bpc30x-maxtravel (PZ_MAXTRAVEL in the list of the BPC30x): printed nothing;
+ * encoded PZ_GET_MAXTRAVEL.
  *
- * Erratum apt37-piezo-formats-missing: printed nothing; encoded word.
+ * Erratum apt37-piezo-formats-missing (Formats that the field tables omit): printed nothing;
+ * encoded word.
  */
 typedef struct apt_pz_get_maxtravel {
     /** See enum apt_channel; from 0 to 65535. */
@@ -1243,7 +1257,8 @@ static inline apt_status apt_pz_get_maxtravel_decode(
  *
  * Also described in Issue 37, page 200.
  *
- * Erratum apt37-piezo-inputvoltssrc-zero: printed software only; encoded nothing.
+ * Erratum apt37-piezo-inputvoltssrc-zero (PZ_SET_INPUTVOLTSSRC, software only): printed software
+ * only; encoded nothing.
  */
 typedef struct apt_pz_set_inputvoltssrc {
     /** See enum apt_channel; from 0 to 65535. */
@@ -1544,7 +1559,8 @@ static inline apt_status apt_pz_get_inputvoltssrc_decode(
  *
  * Also described in Issue 37, page 202.
  *
- * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ * Erratum apt37-list-kna101-vendor-software (Messages that the list of the KNA101 omits): printed
+ * nothing; encoded HW_GET_KCUBEMMILOCK.
  */
 typedef struct apt_pz_set_piconsts {
     /** See enum apt_channel; from 0 to 65535. */
@@ -1651,7 +1667,8 @@ static inline apt_status apt_pz_set_piconsts_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ * Erratum apt37-list-kna101-vendor-software (Messages that the list of the KNA101 omits): printed
+ * nothing; encoded HW_GET_KCUBEMMILOCK.
  */
 typedef struct apt_pz_req_piconsts {
     /** See enum apt_channel; from 0 to 255. */
@@ -1748,7 +1765,8 @@ static inline apt_status apt_pz_req_piconsts_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-list-kna101-vendor-software: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+ * Erratum apt37-list-kna101-vendor-software (Messages that the list of the KNA101 omits): printed
+ * nothing; encoded HW_GET_KCUBEMMILOCK.
  */
 typedef struct apt_pz_get_piconsts {
     /** See enum apt_channel; from 0 to 65535. */
@@ -1947,9 +1965,10 @@ static inline apt_status apt_pz_set_zero_decode(
  *
  * Also described in Issue 37, page 203.
  *
- * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
- * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
- * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
+ * Erratum apt-lists-against-chapters (Lists of messages against the chapters): printed TPZ001
+ * without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+ * TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED;
+ * encoded the lists as printed.
  */
 typedef struct apt_pz_req_pzstatusbits {
     /** See enum apt_channel; from 0 to 255. */
@@ -2045,16 +2064,19 @@ static inline apt_status apt_pz_req_pzstatusbits_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
- * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
- * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
+ * Erratum apt-lists-against-chapters (Lists of messages against the chapters): printed TPZ001
+ * without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+ * TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED;
+ * encoded the lists as printed.
  *
- * Erratum apt-pz-digital-input-8-mask: printed 0x0800000 for bit 28; encoded 0x08000000.
+ * Erratum apt-pz-digital-input-8-mask (BPC status bits, digital input 8): printed 0x0800000 for bit
+ * 28; encoded 0x08000000.
  *
- * Erratum apt-pz-status-bits-13-15: printed bits 13 to 15 on page 102, for future use on page 104;
- * encoded the maximum voltage of the BPC30x in both.
+ * Erratum apt-pz-status-bits-13-15 (BPC status bits): printed bits 13 to 15 on page 102, for future
+ * use on page 104; encoded the maximum voltage of the BPC30x in both.
  *
- * Erratum apt37-piezo-status-bits-of-page-206: printed nothing; encoded hardware_75v.
+ * Erratum apt37-piezo-status-bits-of-page-206 (PZ_GET_PZSTATUSUPDATE, bits 13 to 15 of the BPC
+ * series): printed nothing; encoded hardware_75v.
  */
 typedef struct apt_pz_get_pzstatusbits {
     /** See enum apt_channel; from 0 to 65535. */
@@ -2156,9 +2178,11 @@ static inline apt_status apt_pz_get_pzstatusbits_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-list-ct1p-status-id: printed 0x0661; encoded 0x0660.
+ * Erratum apt37-list-ct1p-status-id (PZ_REQ_PZSTATUSUPDATE in the list of the CT1P): printed
+ * 0x0661; encoded 0x0660.
  *
- * Erratum apt37-list-kpz101-status: printed nothing; encoded PZ_REQ_PZSTATUSUPDATE.
+ * Erratum apt37-list-kpz101-status (PZ_REQ_PZSTATUSUPDATE in the lists of the KPZ101): printed
+ * nothing; encoded PZ_REQ_PZSTATUSUPDATE.
  */
 typedef struct apt_pz_req_pzstatusupdate {
     /** See enum apt_channel; from 0 to 255. */
@@ -2255,28 +2279,32 @@ static inline apt_status apt_pz_req_pzstatusupdate_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt-always-chan1: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2; the
- * notes say what the page says.
+ * Erratum apt-always-chan1 (Channel of status updates and of PZ_SET_IOSETTINGS): printed the
+ * channel is always P_MOD_CHAN1; encoded channel 1 or 2; the notes say what the page says.
  *
- * Erratum apt-pz-digital-input-8-mask: printed 0x0800000 for bit 28; encoded 0x08000000.
+ * Erratum apt-pz-digital-input-8-mask (BPC status bits, digital input 8): printed 0x0800000 for bit
+ * 28; encoded 0x08000000.
  *
- * Erratum apt-pz-status-bits-13-15: printed bits 13 to 15 on page 102, for future use on page 104;
- * encoded the maximum voltage of the BPC30x in both.
+ * Erratum apt-pz-status-bits-13-15 (BPC status bits): printed bits 13 to 15 on page 102, for future
+ * use on page 104; encoded the maximum voltage of the BPC30x in both.
  *
- * Erratum apt-pzstatusupdate-header: printed 91 04 0E 00; encoded 61 06 0A 00.
+ * Erratum apt-pzstatusupdate-header (PZ_GET_PZSTATUSUPDATE, byte table): printed 91 04 0E 00;
+ * encoded 61 06 0A 00.
  *
- * Erratum apt-pzstatusupdate-no-request: printed sent each time the function is called; encoded no
- * request in this issue.
+ * Erratum apt-pzstatusupdate-no-request (PZ_GET_PZSTATUSUPDATE): printed sent each time the
+ * function is called; encoded no request in this issue.
  *
- * Erratum apt-signed-range-7fff: printed -32768 to 32767 (-7FFF to 7FFF); encoded -32768 to 32767,
- * with 32767 for 100%.
+ * Erratum apt-signed-range-7fff (Piezo voltages): printed -32768 to 32767 (-7FFF to 7FFF); encoded
+ * -32768 to 32767, with 32767 for 100%.
  *
- * Erratum apt37-kpz-digital-inputs: printed logic inputs are read in the status bits; encoded no
- * status bit of the KPZ101 for them.
+ * Erratum apt37-kpz-digital-inputs (KPZ101, logic inputs in the status bits): printed logic inputs
+ * are read in the status bits; encoded no status bit of the KPZ101 for them.
  *
- * Erratum apt37-piezo-outputvolts-hexadecimal: printed -7FFF; encoded -32768.
+ * Erratum apt37-piezo-outputvolts-hexadecimal (PZ_SET_OUTPUTVOLTS and PZ_GET_PZSTATUSUPDATE, lowest
+ * voltage in hexadecimal): printed -7FFF; encoded -32768.
  *
- * Erratum apt37-piezo-status-bits-of-page-206: printed nothing; encoded hardware_75v.
+ * Erratum apt37-piezo-status-bits-of-page-206 (PZ_GET_PZSTATUSUPDATE, bits 13 to 15 of the BPC
+ * series): printed nothing; encoded hardware_75v.
  */
 typedef struct apt_pz_get_pzstatusupdate {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -2394,12 +2422,13 @@ static inline apt_status apt_pz_get_pzstatusupdate_decode(
  *
  * Also described in Issue 37, page 207.
  *
- * Erratum apt-ack-fifty: printed stops responding after ~50 commands; encoded stops sending status
- * messages after 50 of them.
+ * Erratum apt-ack-fifty (MOT_ACK_DCSTATUSUPDATE and PZ_ACK_PZSTATUSUPDATE): printed stops
+ * responding after ~50 commands; encoded stops sending status messages after 50 of them.
  *
- * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
- * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
- * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
+ * Erratum apt-lists-against-chapters (Lists of messages against the chapters): printed TPZ001
+ * without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+ * TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED;
+ * encoded the lists as printed.
  */
 typedef struct apt_pz_ack_pzstatusupdate {
     /** Unused parameter byte; from 0 to 255. */
@@ -2496,15 +2525,17 @@ static inline apt_status apt_pz_ack_pzstatusupdate_decode(
  *
  * Also described in Issue 37, page 228.
  *
- * Erratum apt-always-chan1: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2; the
- * notes say what the page says.
+ * Erratum apt-always-chan1 (Channel of status updates and of PZ_SET_IOSETTINGS): printed the
+ * channel is always P_MOD_CHAN1; encoded channel 1 or 2; the notes say what the page says.
  *
- * Erratum apt-iosettings-formats-missing: printed no format of FeedbackSig and BNCTrigORLVOut;
+ * Erratum apt-iosettings-formats-missing (PZ_SET_IOSETTINGS, field table): printed no format of
+ * FeedbackSig and BNCTrigORLVOut; encoded word.
+ *
+ * Erratum apt-iosettings-length (PZ_SET_IOSETTINGS and PZ_GET_IOSETTINGS, byte tables): printed 0E
+ * 00; encoded 0A 00.
+ *
+ * Erratum apt37-piezo-formats-missing (Formats that the field tables omit): printed nothing;
  * encoded word.
- *
- * Erratum apt-iosettings-length: printed 0E 00; encoded 0A 00.
- *
- * Erratum apt37-piezo-formats-missing: printed nothing; encoded word.
  */
 typedef struct apt_pz_set_iosettings {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -2615,7 +2646,8 @@ static inline apt_status apt_pz_set_iosettings_decode(
  *
  * Also described in Issue 37, page 228.
  *
- * Erratum apt37-piezo-request-channel-fixed: printed 01; encoded chan_ident.
+ * Erratum apt37-piezo-request-channel-fixed (Requests with a fixed channel, or a channel of another
+ * name): printed 01; encoded chan_ident.
  */
 typedef struct apt_pz_req_iosettings {
     /** This byte is lost in the scan of the table; see enum apt_channel; from 0 to 255. */
@@ -2710,7 +2742,8 @@ static inline apt_status apt_pz_req_iosettings_decode(
  *
  * Also described in Issue 37, page 228.
  *
- * Erratum apt-iosettings-length: printed 0E 00; encoded 0A 00.
+ * Erratum apt-iosettings-length (PZ_SET_IOSETTINGS and PZ_GET_IOSETTINGS, byte tables): printed 0E
+ * 00; encoded 0A 00.
  */
 typedef struct apt_pz_get_iosettings {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -2826,15 +2859,17 @@ static inline apt_status apt_pz_get_iosettings_decode(
  *
  * Also described in Issue 37, page 230.
  *
- * Erratum apt-outputmaxvolts-flag-150v: printed 0x05; 08, 00 in both worked examples, which no row
- * of the table has; encoded 0x08.
+ * Erratum apt-outputmaxvolts-flag-150v (PZ_GET_OUTPUTMAXVOLTS, flag VOLTAGELIMIT_150V): printed
+ * 0x05; 08, 00 in both worked examples, which no row of the table has; encoded 0x08.
  *
- * Erratum apt-outputmaxvolts-length: printed 0C 00; encoded 06 00.
+ * Erratum apt-outputmaxvolts-length (PZ_SET_OUTPUTMAXVOLTS, byte table): printed 0C 00; encoded 06
+ * 00.
  *
- * Erratum apt-outputmaxvolts-values: printed 0 to 1500; either 750, 1000 or 1500; encoded 0 to 1500
- * in steps of 0.1 V, in both.
+ * Erratum apt-outputmaxvolts-values (PZ_SET_OUTPUTMAXVOLTS and PZ_GET_OUTPUTMAXVOLTS, voltage):
+ * printed 0 to 1500; either 750, 1000 or 1500; encoded 0 to 1500 in steps of 0.1 V, in both.
  *
- * Erratum apt37-piezo-outputmaxvolts-flag-150v: printed voltagelimit_150v; encoded nothing.
+ * Erratum apt37-piezo-outputmaxvolts-flag-150v (PZ_GET_OUTPUTMAXVOLTS, flag VOLTAGELIMIT_150V):
+ * printed voltagelimit_150v; encoded nothing.
  */
 typedef struct apt_pz_set_outputmaxvolts {
     /** See enum apt_channel; from 0 to 65535. */
@@ -2944,9 +2979,11 @@ static inline apt_status apt_pz_set_outputmaxvolts_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
+ * Erratum apt-request-channel-fixed (Requests with a fixed channel): printed 01 in byte 2; encoded
+ * Chan Ident in byte 2.
  *
- * Erratum apt37-piezo-request-channel-fixed: printed 01; encoded chan_ident.
+ * Erratum apt37-piezo-request-channel-fixed (Requests with a fixed channel, or a channel of another
+ * name): printed 01; encoded chan_ident.
  */
 typedef struct apt_pz_req_outputmaxvolts {
     /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
@@ -3044,18 +3081,21 @@ static inline apt_status apt_pz_req_outputmaxvolts_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt-outputmaxvolts-flag-150v: printed 0x05; 08, 00 in both worked examples, which no row
- * of the table has; encoded 0x08.
+ * Erratum apt-outputmaxvolts-flag-150v (PZ_GET_OUTPUTMAXVOLTS, flag VOLTAGELIMIT_150V): printed
+ * 0x05; 08, 00 in both worked examples, which no row of the table has; encoded 0x08.
  *
- * Erratum apt-outputmaxvolts-get-addresses: printed D0 01; encoded 81 50.
+ * Erratum apt-outputmaxvolts-get-addresses (PZ_GET_OUTPUTMAXVOLTS, worked example): printed D0 01;
+ * encoded 81 50.
  *
- * Erratum apt-outputmaxvolts-values: printed 0 to 1500; either 750, 1000 or 1500; encoded 0 to 1500
- * in steps of 0.1 V, in both.
+ * Erratum apt-outputmaxvolts-values (PZ_SET_OUTPUTMAXVOLTS and PZ_GET_OUTPUTMAXVOLTS, voltage):
+ * printed 0 to 1500; either 750, 1000 or 1500; encoded 0 to 1500 in steps of 0.1 V, in both.
  *
- * Erratum apt-voltage-limit-values: printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on page
- * 122; encoded values of an enumeration on page 115, bits on page 122.
+ * Erratum apt-voltage-limit-values (VOLTAGELIMIT_75V, VOLTAGELIMIT_100V and VOLTAGELIMIT_150V):
+ * printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on page 122; encoded values of an
+ * enumeration on page 115, bits on page 122.
  *
- * Erratum apt37-piezo-outputmaxvolts-flag-150v: printed voltagelimit_150v; encoded nothing.
+ * Erratum apt37-piezo-outputmaxvolts-flag-150v (PZ_GET_OUTPUTMAXVOLTS, flag VOLTAGELIMIT_150V):
+ * printed voltagelimit_150v; encoded nothing.
  */
 typedef struct apt_pz_get_outputmaxvolts {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3165,11 +3205,13 @@ static inline apt_status apt_pz_get_outputmaxvolts_decode(
  *
  * Also described in Issue 37, page 232.
  *
- * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
- * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
- * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
+ * Erratum apt-lists-against-chapters (Lists of messages against the chapters): printed TPZ001
+ * without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+ * TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED;
+ * encoded the lists as printed.
  *
- * Erratum apt-slewrates-cut: printed F2 04 (1266) for 10 V/ms; encoded F3 04 (1267).
+ * Erratum apt-slewrates-cut (PZ_SET_TPZ_SLEWRATES, worked example): printed F2 04 (1266) for 10
+ * V/ms; encoded F3 04 (1267).
  */
 typedef struct apt_pz_set_tpz_slewrates {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3281,9 +3323,11 @@ static inline apt_status apt_pz_set_tpz_slewrates_decode(
  *
  * Also described in Issue 37, page 232.
  *
- * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
+ * Erratum apt-request-channel-fixed (Requests with a fixed channel): printed 01 in byte 2; encoded
+ * Chan Ident in byte 2.
  *
- * Erratum apt37-piezo-request-channel-fixed: printed 01; encoded chan_ident.
+ * Erratum apt37-piezo-request-channel-fixed (Requests with a fixed channel, or a channel of another
+ * name): printed 01; encoded chan_ident.
  */
 typedef struct apt_pz_req_tpz_slewrates {
     /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
@@ -3493,7 +3537,8 @@ static inline apt_status apt_pz_get_tpz_slewrates_decode(
  *
  * Also described in Issue 37, page 60.
  *
- * Erratum apt-pzstageparamdefaults-table-id: printed 58 06; encoded 86 06.
+ * Erratum apt-pzstageparamdefaults-table-id (MOT_SET_PZSTAGEPARAMDEFAULTS, byte table): printed 58
+ * 06; encoded 86 06.
  */
 typedef struct apt_mot_set_pzstageparamdefaults {
     /** See enum apt_channel; from 0 to 255. */
@@ -3612,9 +3657,11 @@ static inline apt_status apt_mot_set_pzstageparamdefaults_decode(
  * actuator that is shipped with the controller. Page 411 sends it twice to a CT1P, which has two
  * groups of constants, but the message has no field for the group.
  *
- * Erratum apt37-ppc-float: printed float; encoded word.
+ * Erratum apt37-ppc-float (PZ_SET_PPC_PIDCONSTS and PZ_SET_PPC_NOTCHPARAMS, formats): printed
+ * float; encoded word.
  *
- * Erratum apt37-ppc-h2719: printed H2719; encoded 10000.
+ * Erratum apt37-ppc-h2719 (PZ_SET_PPC_PIDCONSTS, ranges in hexadecimal): printed H2719; encoded
+ * 10000.
  */
 typedef struct apt_pz_set_ppc_pidconsts {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3826,7 +3873,8 @@ static inline apt_status apt_pz_req_ppc_pidconsts_decode(
  *
  * PZ_GET_PPC_PIDCONSTS (0x0692), to the host, 12 bytes of data; Issue 37, pages 208, 209.
  *
- * Erratum apt37-ppc-get-sizes: printed 12; encoded 18.
+ * Erratum apt37-ppc-get-sizes (PZ_GET_PPC_PIDCONSTS and PZ_GET_PPC_NOTCHPARAMS, sizes): printed 12;
+ * encoded 18.
  */
 typedef struct apt_pz_get_ppc_pidconsts {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3950,12 +3998,13 @@ static inline apt_status apt_pz_get_ppc_pidconsts_decode(
  * Setting them starts no move; a closed loop uses the new values immediately. The Q factor is the
  * centre frequency divided by the bandwidth; 5 to 10 is a good start.
  *
- * Erratum apt37-ppc-float: printed float; encoded word.
+ * Erratum apt37-ppc-float (PZ_SET_PPC_PIDCONSTS and PZ_SET_PPC_NOTCHPARAMS, formats): printed
+ * float; encoded word.
  *
- * Erratum apt37-ppc-notch-example-filter2: printed 0 for the frequency, the Q factor and the state
- * of filter 2; encoded the printed values.
+ * Erratum apt37-ppc-notch-example-filter2 (PZ_SET_PPC_NOTCHPARAMS, filter 2 in the example):
+ * printed 0 for the frequency, the Q factor and the state of filter 2; encoded the printed values.
  *
- * Erratum apt37-ppc-notch-ranges: printed 20; encoded 0.
+ * Erratum apt37-ppc-notch-ranges (PZ_SET_PPC_NOTCHPARAMS, ranges): printed 20; encoded 0.
  */
 typedef struct apt_pz_set_ppc_notchparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -4184,7 +4233,8 @@ static inline apt_status apt_pz_req_ppc_notchparams_decode(
  *
  * PZ_GET_PPC_NOTCHPARAMS (0x0695), to the host, 16 bytes of data; Issue 37, pages 210, 211.
  *
- * Erratum apt37-ppc-get-sizes: printed 12; encoded 18.
+ * Erratum apt37-ppc-get-sizes (PZ_GET_PPC_PIDCONSTS and PZ_GET_PPC_NOTCHPARAMS, sizes): printed 12;
+ * encoded 18.
  */
 typedef struct apt_pz_get_ppc_notchparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -4327,8 +4377,8 @@ static inline apt_status apt_pz_get_ppc_notchparams_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-ct1p-messages-of-others: printed only for PPC001 and PPC102, and only for KPZ101;
- * the list of the CT1P has them; encoded the CT1P has them, as its list says.
+ * Erratum apt37-ct1p-messages-of-others (Messages of the CT1P): printed only for PPC001 and PPC102,
+ * and only for KPZ101; the list of the CT1P has them; encoded the CT1P has them, as its list says.
  */
 typedef struct apt_pz_set_ppc_iosettings {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -4449,7 +4499,8 @@ static inline apt_status apt_pz_set_ppc_iosettings_decode(
  * PZ_REQ_PPC_IOSETTINGS (0x0697), to the controller, header only; Issue 37, pages 212, 214.
  * Answered by PZ_GET_PPC_IOSETTINGS.
  *
- * Erratum apt37-piezo-request-channel-fixed: printed 01; encoded chan_ident.
+ * Erratum apt37-piezo-request-channel-fixed (Requests with a fixed channel, or a channel of another
+ * name): printed 01; encoded chan_ident.
  */
 typedef struct apt_pz_req_ppc_iosettings {
     /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
@@ -4879,11 +4930,13 @@ static inline apt_status apt_pz_get_pidcriteria_decode(
  *
  * Setting it starts no move; a closed loop uses the new value immediately.
  *
- * Erratum apt37-ct1p-channel-word: printed nothing; encoded chan_ident.
+ * Erratum apt37-ct1p-channel-word (PZ_SET_PIDCRITERIA, channel and criterion): printed nothing;
+ * encoded chan_ident.
  *
- * Erratum apt37-ct1p-length: printed 0A 00; encoded 0E 00.
+ * Erratum apt37-ct1p-length (PZ_SET_PIDCRITERIA, length): printed 0A 00; encoded 0E 00.
  *
- * Erratum apt37-pidcriteria-values: printed 40 and 41, without 0x; encoded 0x40 and 0x41.
+ * Erratum apt37-pidcriteria-values (PZ_SET_PIDCRITERIA, criteria): printed 40 and 41, without 0x;
+ * encoded 0x40 and 0x41.
  */
 typedef struct apt_pz_set_pidcriteria {
     /** Always CHAN1; the first byte of Channel; see enum apt_channel; from 0 to 255. */
@@ -5014,16 +5067,18 @@ static inline apt_status apt_pz_set_pidcriteria_decode(
  *
  * Also described in Issue 37, page 215.
  *
- * Erratum apt-lut-bandwidth: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC, 4
- * kHz for TPZ.
+ * Erratum apt-lut-bandwidth (Rate of the waveform output): printed 7KHz for all units; encoded 7
+ * kHz for MPZ, 1 kHz for BPC, 4 kHz for TPZ.
  *
- * Erratum apt-lut-limits-by-unit: printed at most 8000 samples per channel; 0 to 7999 for BPC and
- * MPZ, 0 to 512 for TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
+ * Erratum apt-lut-limits-by-unit (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits that depend
+ * on the unit): printed at most 8000 samples per channel; 0 to 7999 for BPC and MPZ, 0 to 512 for
+ * TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
  *
- * Erratum apt-lut-meaning: printed decided by the loop mode at output; encoded decided by
- * PZ_SET_LUTVALUETYPE before the download.
+ * Erratum apt-lut-meaning (Meaning of waveform samples): printed decided by the loop mode at
+ * output; encoded decided by PZ_SET_LUTVALUETYPE before the download.
  *
- * Erratum apt37-piezo-lut-limits-by-unit: printed 512; encoded 7999.
+ * Erratum apt37-piezo-lut-limits-by-unit (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits that
+ * depend on the unit): printed 512; encoded 7999.
  */
 typedef struct apt_pz_set_outputlut {
     /** See enum apt_channel; from 0 to 65535. */
@@ -5333,31 +5388,37 @@ static inline apt_status apt_pz_get_outputlut_decode(
  *
  * Also described in Issue 37, page 217.
  *
- * Erratum apt-lut-bandwidth: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC, 4
- * kHz for TPZ.
+ * Erratum apt-lut-bandwidth (Rate of the waveform output): printed 7KHz for all units; encoded 7
+ * kHz for MPZ, 1 kHz for BPC, 4 kHz for TPZ.
  *
- * Erratum apt-lut-falling-edge: printed falling edge (5V to 6V); encoded falling edge (5V to 0V).
+ * Erratum apt-lut-falling-edge (PZ_SET_OUTPUTLUTPARAMS, output trigger sense): printed falling edge
+ * (5V to 6V); encoded falling edge (5V to 0V).
  *
- * Erratum apt-lut-limits-by-unit: printed at most 8000 samples per channel; 0 to 7999 for BPC and
- * MPZ, 0 to 512 for TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
+ * Erratum apt-lut-limits-by-unit (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits that depend
+ * on the unit): printed at most 8000 samples per channel; 0 to 7999 for BPC and MPZ, 0 to 512 for
+ * TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
  *
- * Erratum apt-lut-long-range: printed up to 2147483648; encoded up to 2147483647.
+ * Erratum apt-lut-long-range (PZ_SET_OUTPUTLUTPARAMS, counts of format long): printed up to
+ * 2147483648; encoded up to 2147483647.
  *
- * Erratum apt-lut-ranges: printed cycle length up to 7999, trigger start up to 8000 and less than
- * the cycle length, 8000 samples; encoded both ends as printed, 7999 and 8000.
+ * Erratum apt-lut-ranges (PZ_SET_OUTPUTLUTPARAMS, cycle length and trigger start): printed cycle
+ * length up to 7999, trigger start up to 8000 and less than the cycle length, 8000 samples; encoded
+ * both ends as printed, 7999 and 8000.
  *
- * Erratum apt-outputlutparams-breakdown-length: printed Header: 03, 07, 06, 00; encoded 03, 07, 1E,
- * 00.
+ * Erratum apt-outputlutparams-breakdown-length (PZ_SET_OUTPUTLUTPARAMS, breakdown): printed Header:
+ * 03, 07, 06, 00; encoded 03, 07, 1E, 00.
  *
- * Erratum apt-outputlutparams-breakdown-order: printed 00, 28; 00, 00, 00, 14; 00, 64; encoded 28
- * 00; 14 00 00 00; 64 00.
+ * Erratum apt-outputlutparams-breakdown-order (PZ_SET_OUTPUTLUTPARAMS, breakdown): printed 00, 28;
+ * 00, 00, 00, 14; 00, 64; encoded 28 00; 14 00 00 00; 64 00.
  *
- * Erratum apt-outputlutparams-trigger-start: printed values in the range 1 to 8000; the worked
- * example sets 0; encoded 0 to 8000.
+ * Erratum apt-outputlutparams-trigger-start (PZ_SET_OUTPUTLUTPARAMS, worked example): printed
+ * values in the range 1 to 8000; the worked example sets 0; encoded 0 to 8000.
  *
- * Erratum apt37-piezo-lut-limits-by-unit: printed 512; encoded 7999.
+ * Erratum apt37-piezo-lut-limits-by-unit (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits that
+ * depend on the unit): printed 512; encoded 7999.
  *
- * Erratum apt37-piezo-lut-ranges: printed 2147483648; encoded 2147483647.
+ * Erratum apt37-piezo-lut-ranges (PZ_SET_OUTPUTLUTPARAMS, ranges of the times and of the trigger):
+ * printed 2147483648; encoded 2147483647.
  */
 typedef struct apt_pz_set_outputlutparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -5613,9 +5674,11 @@ static inline apt_status apt_pz_req_outputlutparams_decode(
  *
  * Also described in Issue 37, page 217.
  *
- * Erratum apt-get-outputlutparams-table-id: printed 03 07; encoded 05 07.
+ * Erratum apt-get-outputlutparams-table-id (PZ_GET_OUTPUTLUTPARAMS, byte table): printed 03 07;
+ * encoded 05 07.
  *
- * Erratum apt37-piezo-get-table-ids: printed 03 07; encoded 05 07.
+ * Erratum apt37-piezo-get-table-ids (PZ_GET_OUTPUTLUTPARAMS and PZ_GET_TPZ_IOSETTINGS, byte
+ * tables): printed 03 07; encoded 05 07.
  */
 typedef struct apt_pz_get_outputlutparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -5964,8 +6027,8 @@ static inline apt_status apt_pz_stop_lutoutput_decode(
  *
  * Also described in Issue 37, page 234.
  *
- * Erratum apt-lut-meaning: printed decided by the loop mode at output; encoded decided by
- * PZ_SET_LUTVALUETYPE before the download.
+ * Erratum apt-lut-meaning (Meaning of waveform samples): printed decided by the loop mode at
+ * output; encoded decided by PZ_SET_LUTVALUETYPE before the download.
  */
 typedef struct apt_pz_set_lutvaluetype {
     /** See enum apt_lut_value_type; from 0 to 255. */
@@ -6158,11 +6221,13 @@ static inline apt_status apt_pz_set_eepromparams_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt-dispsettings-percent: printed 100 (40%); encoded 100 (39%).
+ * Erratum apt-dispsettings-percent (PZ_SET_TPZ_DISPSETTINGS, worked example): printed 100 (40%);
+ * encoded 100 (39%).
  *
- * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
- * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
- * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
+ * Erratum apt-lists-against-chapters (Lists of messages against the chapters): printed TPZ001
+ * without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+ * TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED;
+ * encoded the lists as printed.
  */
 typedef struct apt_pz_set_tpz_dispsettings {
     /** 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255. */
@@ -6453,15 +6518,18 @@ static inline apt_status apt_pz_get_tpz_dispsettings_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt-future-use-rows-missing: printed no rows for Future Use; encoded two reserved fields
- * at the end of each.
+ * Erratum apt-future-use-rows-missing (PZ_SET_TPZ_IOSETTINGS and PZ_SET_TSG_IOSETTINGS, field
+ * tables): printed no rows for Future Use; encoded two reserved fields at the end of each.
  *
- * Erratum apt-tpz-iosettings-length: printed 0E 00; encoded 0A 00.
+ * Erratum apt-tpz-iosettings-length (PZ_SET_TPZ_IOSETTINGS and PZ_GET_TPZ_IOSETTINGS, byte tables):
+ * printed 0E 00; encoded 0A 00.
  *
- * Erratum apt-voltage-limit-values: printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on page
- * 122; encoded values of an enumeration on page 115, bits on page 122.
+ * Erratum apt-voltage-limit-values (VOLTAGELIMIT_75V, VOLTAGELIMIT_100V and VOLTAGELIMIT_150V):
+ * printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on page 122; encoded values of an
+ * enumeration on page 115, bits on page 122.
  *
- * Erratum apt37-piezo-reserved-rows-missing: printed nothing; encoded word.
+ * Erratum apt37-piezo-reserved-rows-missing (Rows of unused words in the field tables): printed
+ * nothing; encoded word.
  */
 typedef struct apt_pz_set_tpz_iosettings {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -6577,9 +6645,11 @@ static inline apt_status apt_pz_set_tpz_iosettings_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
+ * Erratum apt-request-channel-fixed (Requests with a fixed channel): printed 01 in byte 2; encoded
+ * Chan Ident in byte 2.
  *
- * Erratum apt37-piezo-request-channel-fixed: printed 01; encoded chan_ident.
+ * Erratum apt37-piezo-request-channel-fixed (Requests with a fixed channel, or a channel of another
+ * name): printed 01; encoded chan_ident.
  */
 typedef struct apt_pz_req_tpz_iosettings {
     /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
@@ -6674,11 +6744,14 @@ static inline apt_status apt_pz_req_tpz_iosettings_decode(
  *
  * Also described in Issue 37, page 224.
  *
- * Erratum apt-get-tpz-iosettings-table-id: printed D4 07; encoded D6 07.
+ * Erratum apt-get-tpz-iosettings-table-id (PZ_GET_TPZ_IOSETTINGS, byte table): printed D4 07;
+ * encoded D6 07.
  *
- * Erratum apt-tpz-iosettings-length: printed 0E 00; encoded 0A 00.
+ * Erratum apt-tpz-iosettings-length (PZ_SET_TPZ_IOSETTINGS and PZ_GET_TPZ_IOSETTINGS, byte tables):
+ * printed 0E 00; encoded 0A 00.
  *
- * Erratum apt37-piezo-get-table-ids: printed 03 07; encoded 05 07.
+ * Erratum apt37-piezo-get-table-ids (PZ_GET_OUTPUTLUTPARAMS and PZ_GET_TPZ_IOSETTINGS, byte
+ * tables): printed 03 07; encoded 05 07.
  */
 typedef struct apt_pz_get_tpz_iosettings {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -6794,9 +6867,11 @@ static inline apt_status apt_pz_get_tpz_iosettings_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-piezo-force-calibration: printed word; encoded dword.
+ * Erratum apt37-piezo-force-calibration (PZ_SET_TSG_IOSETTINGS, force calibration): printed word;
+ * encoded dword.
  *
- * Erratum apt37-piezo-reserved-rows-missing: printed nothing; encoded word.
+ * Erratum apt37-piezo-reserved-rows-missing (Rows of unused words in the field tables): printed
+ * nothing; encoded word.
  */
 typedef struct apt_pz_set_tsg_iosettings {
     /** Always CHAN1; see enum apt_channel; from 0 to 65535. */
@@ -6918,7 +6993,8 @@ static inline apt_status apt_pz_set_tsg_iosettings_decode(
  * PZ_REQ_TSG_IOSETTINGS (0x07DB), to the controller, header only; Issue 37, pages 240, 241.
  * Answered by PZ_GET_TSG_IOSETTINGS.
  *
- * Erratum apt37-piezo-request-channel-fixed: printed 01; encoded chan_ident.
+ * Erratum apt37-piezo-request-channel-fixed (Requests with a fixed channel, or a channel of another
+ * name): printed 01; encoded chan_ident.
  */
 typedef struct apt_pz_req_tsg_iosettings {
     /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
@@ -7011,7 +7087,8 @@ static inline apt_status apt_pz_req_tsg_iosettings_decode(
  *
  * PZ_GET_TSG_IOSETTINGS (0x07DC), to the host, 14 bytes of data; Issue 37, pages 240, 241.
  *
- * Erratum apt37-piezo-force-calibration: printed word; encoded dword.
+ * Erratum apt37-piezo-force-calibration (PZ_SET_TSG_IOSETTINGS, force calibration): printed word;
+ * encoded dword.
  */
 typedef struct apt_pz_get_tsg_iosettings {
     /** Always CHAN1; see enum apt_channel; from 0 to 65535. */
@@ -7232,17 +7309,20 @@ static inline apt_status apt_pz_req_tsg_reading_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt-tsg-reading-columns: printed StatusBits in bytes 8 to 11; encoded Reading in bytes 8
- * and 9, Smoothed in bytes 10 and 11.
+ * Erratum apt-tsg-reading-columns (PZ_GET_TSG_READING, byte table): printed StatusBits in bytes 8
+ * to 11; encoded Reading in bytes 8 and 9, Smoothed in bytes 10 and 11.
  *
- * Erratum apt-tsg-reading-example-addresses: printed D0 00; d=D0, s=01 (PC); encoded 81 50.
+ * Erratum apt-tsg-reading-example-addresses (PZ_GET_TSG_READING, worked example): printed D0 00;
+ * d=D0, s=01 (PC); encoded 81 50.
  *
- * Erratum apt-tsg-reading-range: printed -32767 to 32768; encoded -32767 to 32767.
+ * Erratum apt-tsg-reading-range (PZ_GET_TSG_READING, reading): printed -32767 to 32768; encoded
+ * -32767 to 32767.
  *
- * Erratum apt-tsg-reading-unit: printed a position in microns, a voltage or newtons; encoded a
- * share of the maximum output, which is in one of these units.
+ * Erratum apt-tsg-reading-unit (PZ_GET_TSG_READING, reading): printed a position in microns, a
+ * voltage or newtons; encoded a share of the maximum output, which is in one of these units.
  *
- * Erratum apt37-piezo-tsg-reading-range: printed 32768; encoded 32767.
+ * Erratum apt37-piezo-tsg-reading-range (PZ_GET_TSG_READING, highest reading): printed 32768;
+ * encoded 32767.
  */
 typedef struct apt_pz_get_tsg_reading {
     /** See enum apt_channel; from 0 to 65535. */
@@ -7355,10 +7435,11 @@ static inline apt_status apt_pz_get_tsg_reading_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-ct1p-messages-of-others: printed only for PPC001 and PPC102, and only for KPZ101;
- * the list of the CT1P has them; encoded the CT1P has them, as its list says.
+ * Erratum apt37-ct1p-messages-of-others (Messages of the CT1P): printed only for PPC001 and PPC102,
+ * and only for KPZ101; the list of the CT1P has them; encoded the CT1P has them, as its list says.
  *
- * Erratum apt37-piezo-reserved-rows-missing: printed nothing; encoded word.
+ * Erratum apt37-piezo-reserved-rows-missing (Rows of unused words in the field tables): printed
+ * nothing; encoded word.
  */
 typedef struct apt_kpz_set_kcubemmiparams {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -7533,7 +7614,8 @@ static inline apt_status apt_kpz_set_kcubemmiparams_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-piezo-request-channel-fixed: printed 01; encoded chan_ident.
+ * Erratum apt37-piezo-request-channel-fixed (Requests with a fixed channel, or a channel of another
+ * name): printed 01; encoded chan_ident.
  */
 typedef struct apt_kpz_req_kcubemmiparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -7626,7 +7708,7 @@ static inline apt_status apt_kpz_req_kcubemmiparams_decode(
  *
  * KPZ_GET_KCUBEMMIPARAMS (0x07F2), to the host, 34 bytes of data; Issue 37, pages 235, 236.
  *
- * Erratum apt37-kpz-get-mmi-size: printed 32; encoded 40.
+ * Erratum apt37-kpz-get-mmi-size (KPZ_GET_KCUBEMMIPARAMS, size): printed 32; encoded 40.
  */
 typedef struct apt_kpz_get_kcubemmiparams {
     /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
@@ -7808,13 +7890,14 @@ static inline apt_status apt_kpz_get_kcubemmiparams_decode(
  *
  * Evidence: vendor program.
  *
- * Erratum apt37-kpz-digital-inputs: printed logic inputs are read in the status bits; encoded no
- * status bit of the KPZ101 for them.
+ * Erratum apt37-kpz-digital-inputs (KPZ101, logic inputs in the status bits): printed logic inputs
+ * are read in the status bits; encoded no status bit of the KPZ101 for them.
  *
- * Erratum apt37-kpz-trig-example-length: printed a packet of 12 bytes, without the last ten;
- * encoded 22 bytes.
+ * Erratum apt37-kpz-trig-example-length (KPZ_SET_KCUBETRIGIOCONFIG, length of the example): printed
+ * a packet of 12 bytes, without the last ten; encoded 22 bytes.
  *
- * Erratum apt37-piezo-reserved-rows-missing: printed nothing; encoded word.
+ * Erratum apt37-piezo-reserved-rows-missing (Rows of unused words in the field tables): printed
+ * nothing; encoded word.
  */
 typedef struct apt_kpz_set_kcubetrigioconfig {
     /** Always CHAN1; see enum apt_channel; from 0 to 65535. */
@@ -7952,13 +8035,14 @@ static inline apt_status apt_kpz_set_kcubetrigioconfig_decode(
  *
  * The length of the example on page 239.
  *
- * Erratum apt37-kpz-digital-inputs: printed logic inputs are read in the status bits; encoded no
- * status bit of the KPZ101 for them.
+ * Erratum apt37-kpz-digital-inputs (KPZ101, logic inputs in the status bits): printed logic inputs
+ * are read in the status bits; encoded no status bit of the KPZ101 for them.
  *
- * Erratum apt37-kpz-trig-example-length: printed a packet of 12 bytes, without the last ten;
- * encoded 22 bytes.
+ * Erratum apt37-kpz-trig-example-length (KPZ_SET_KCUBETRIGIOCONFIG, length of the example): printed
+ * a packet of 12 bytes, without the last ten; encoded 22 bytes.
  *
- * Erratum apt37-piezo-reserved-rows-missing: printed nothing; encoded word.
+ * Erratum apt37-piezo-reserved-rows-missing (Rows of unused words in the field tables): printed
+ * nothing; encoded word.
  */
 typedef struct apt_kpz_set_kcubetrigioconfig_short {
     /** Always CHAN1; see enum apt_channel; from 0 to 65535. */
@@ -8079,7 +8163,8 @@ static inline apt_status apt_kpz_set_kcubetrigioconfig_short_decode(
  * KPZ_REQ_KCUBETRIGIOCONFIG (0x07F4), to the controller, header only; Issue 37, pages 237, 239.
  * Answered by KPZ_GET_KCUBETRIGIOCONFIG.
  *
- * Erratum apt37-piezo-request-channel-fixed: printed 01; encoded chan_ident.
+ * Erratum apt37-piezo-request-channel-fixed (Requests with a fixed channel, or a channel of another
+ * name): printed 01; encoded chan_ident.
  */
 typedef struct apt_kpz_req_kcubetrigioconfig {
     /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
@@ -8423,11 +8508,11 @@ static inline apt_status apt_kpz_get_kcubetrigioconfig_short_decode(
  *
  * KSG_SET_KCUBEMMIPARAMS (0x07F6), to the controller, 8 bytes of data; Issue 37, page 243.
  *
- * Erratum apt37-ksg-mmi-dim-level: printed 20 for 20 %, above the maximum of 10; encoded 2, which
- * is 20 % of 10.
+ * Erratum apt37-ksg-mmi-dim-level (KSG_SET_KCUBEMMIPARAMS, dim level of the example): printed 20
+ * for 20 %, above the maximum of 10; encoded 2, which is 20 % of 10.
  *
- * Erratum apt37-ksg-mmi-example-short: printed 4 bytes after a header for 8; encoded 8 bytes, with
- * the time out and the dim level.
+ * Erratum apt37-ksg-mmi-example-short (KSG_SET_KCUBEMMIPARAMS, length of the example): printed 4
+ * bytes after a header for 8; encoded 8 bytes, with the time out and the dim level.
  */
 typedef struct apt_ksg_set_kcubemmiparams {
     /** Always CHAN1; see enum apt_channel; from 0 to 65535. */
@@ -8545,9 +8630,10 @@ static inline apt_status apt_ksg_set_kcubemmiparams_decode(
  * KSG_REQ_KCUBEMMIPARAMS (0x07F7), to the controller, header only; Issue 37, pages 243, 244.
  * Answered by KSG_GET_KCUBEMMIPARAMS.
  *
- * Erratum apt37-ksg-mmi-request-id: printed F6 07; encoded F7 07.
+ * Erratum apt37-ksg-mmi-request-id (KSG_REQ_KCUBEMMIPARAMS, example): printed F6 07; encoded F7 07.
  *
- * Erratum apt37-piezo-request-channel-fixed: printed 01; encoded chan_ident.
+ * Erratum apt37-piezo-request-channel-fixed (Requests with a fixed channel, or a channel of another
+ * name): printed 01; encoded chan_ident.
  */
 typedef struct apt_ksg_req_kcubemmiparams {
     /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
@@ -8759,12 +8845,14 @@ static inline apt_status apt_ksg_get_kcubemmiparams_decode(
  *
  * It can change the level of an output. Do not apply a voltage outside of 0 to 5 V to the ports.
  *
- * Erratum apt37-ksg-trig-example-samples: printed E3 08 for 1000; encoded E8 03.
+ * Erratum apt37-ksg-trig-example-samples (KSG_SET_KCUBETRIGIOCONFIG, samples of the example):
+ * printed E3 08 for 1000; encoded E8 03.
  *
- * Erratum apt37-ksg-trig-example-short: printed 20 bytes after a header for 22; encoded 22 bytes,
- * with the reserved word.
+ * Erratum apt37-ksg-trig-example-short (KSG_SET_KCUBETRIGIOCONFIG, length of the example): printed
+ * 20 bytes after a header for 22; encoded 22 bytes, with the reserved word.
  *
- * Erratum apt37-piezo-formats-missing: printed nothing; encoded word.
+ * Erratum apt37-piezo-formats-missing (Formats that the field tables omit): printed nothing;
+ * encoded word.
  */
 typedef struct apt_ksg_set_kcubetrigioconfig {
     /** Always CHAN1; see enum apt_channel; from 0 to 65535. */
@@ -8895,7 +8983,8 @@ static inline apt_status apt_ksg_set_kcubetrigioconfig_decode(
  * KSG_REQ_KCUBETRIGIOCONFIG (0x07FA), to the controller, header only; Issue 37, pages 245, 247.
  * Answered by KSG_GET_KCUBETRIGIOCONFIG.
  *
- * Erratum apt37-piezo-request-channel-fixed: printed 01; encoded chan_ident.
+ * Erratum apt37-piezo-request-channel-fixed (Requests with a fixed channel, or a channel of another
+ * name): printed 01; encoded chan_ident.
  */
 typedef struct apt_ksg_req_kcubetrigioconfig {
     /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */

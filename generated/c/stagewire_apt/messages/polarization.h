@@ -25,9 +25,10 @@
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-pol-length: printed 0A 00; encoded 0C 00.
+ * Erratum apt37-pol-length (POL_SET_PARAMS, length): printed 0A 00; encoded 0C 00.
  *
- * Erratum apt37-pol-params-example-angle: printed 25 counts are 3 degrees; encoded 3.1 degrees.
+ * Erratum apt37-pol-params-example-angle (angle of the steps in the explanation): printed 25 counts
+ * are 3 degrees; encoded 3.1 degrees.
  */
 typedef struct apt_pol_set_params {
     /** Reserved, sent as zero. */
@@ -239,7 +240,7 @@ static inline apt_status apt_pol_req_params_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-pol-length: printed 0A 00; encoded 0C 00.
+ * Erratum apt37-pol-length (POL_SET_PARAMS, length): printed 0A 00; encoded 0C 00.
  */
 typedef struct apt_pol_get_params {
     /** Reserved, sent as zero. */

@@ -31,8 +31,8 @@
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-quad-loopparams-example-scale: printed 65, 80 and 60; encoded 21298, 26213 and
- * 19660.
+ * Erratum apt37-quad-loopparams-example-scale (gains of the example): printed 65, 80 and 60;
+ * encoded 21298, 26213 and 19660.
  */
 typedef struct apt_quad_set_loopparams {
     /** Always 0x01. */
@@ -159,10 +159,11 @@ static inline apt_status apt_quad_set_loopparams_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-quad-posdemand-example-sense: printed 0A 00 twice; encoded FF 7F and 9A D9.
+ * Erratum apt37-quad-posdemand-example-sense (feedback senses of the example): printed 0A 00 twice;
+ * encoded FF 7F and 9A D9.
  *
- * Erratum apt37-quad-posdemand-example-words: printed 9A D9 is positive with a gain of 0.3; encoded
- * negative, a gain of 0.3.
+ * Erratum apt37-quad-posdemand-example-words (explanation of the Y sense): printed 9A D9 is
+ * positive with a gain of 0.3; encoded negative, a gain of 0.3.
  */
 typedef struct apt_quad_set_posdemandparams {
     /** Always 0x05. */
@@ -314,7 +315,7 @@ static inline apt_status apt_quad_set_posdemandparams_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-quad-opermode-lengths: printed 14; encoded 10.
+ * Erratum apt37-quad-opermode-lengths (QUAD_OPERMODE, length): printed 14; encoded 10.
  */
 typedef struct apt_quad_set_opermode {
     /** Always 0x07. */
@@ -809,17 +810,20 @@ static inline apt_status apt_quad_set_loopparams2_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-quad-kpatrigio-lengths: printed 0C 00; encoded 1C 00.
+ * Erratum apt37-quad-kpatrigio-lengths (QUAD_KPATRIGIOCONFIG, length and reserved bytes): printed
+ * 0C 00; encoded 1C 00.
  *
- * Erratum apt37-quad-kpatrigio-zero: printed 1; encoded 0.
+ * Erratum apt37-quad-kpatrigio-zero (QUAD_SET_KPATRIGIOCONFIG, limits of 0 %): printed 1; encoded
+ * 0.
  *
- * Erratum apt37-quad-kpatrigioconfig-example-limits: printed a minimum of 10 % and a maximum of 5
- * %; encoded the values as sent.
+ * Erratum apt37-quad-kpatrigioconfig-example-limits (limits of the example): printed a minimum of
+ * 10 % and a maximum of 5 %; encoded the values as sent.
  *
- * Erratum apt37-quad-kpatrigioconfig-example-short: printed a length of 26 and 22 bytes; encoded 28
- * bytes.
+ * Erratum apt37-quad-kpatrigioconfig-example-short (length of the example): printed a length of 26
+ * and 22 bytes; encoded 28 bytes.
  *
- * Erratum apt37-quad-list-sub-messages: printed 01 to 0E; encoded also 0F and 10, for the KPA101.
+ * Erratum apt37-quad-list-sub-messages (list of sub-messages of the quad detectors): printed 01 to
+ * 0E; encoded also 0F and 10, for the KPA101.
  */
 typedef struct apt_quad_set_kpatrigioconfig {
     /** Always 0x0f. */
@@ -970,17 +974,20 @@ static inline apt_status apt_quad_set_kpatrigioconfig_decode(
  * The vendor's C header has twelve reserved bytes, and a public driver reads replies of this
  * length.
  *
- * Erratum apt37-quad-kpatrigio-lengths: printed 0C 00; encoded 1C 00.
+ * Erratum apt37-quad-kpatrigio-lengths (QUAD_KPATRIGIOCONFIG, length and reserved bytes): printed
+ * 0C 00; encoded 1C 00.
  *
- * Erratum apt37-quad-kpatrigio-zero: printed 1; encoded 0.
+ * Erratum apt37-quad-kpatrigio-zero (QUAD_SET_KPATRIGIOCONFIG, limits of 0 %): printed 1; encoded
+ * 0.
  *
- * Erratum apt37-quad-kpatrigioconfig-example-limits: printed a minimum of 10 % and a maximum of 5
- * %; encoded the values as sent.
+ * Erratum apt37-quad-kpatrigioconfig-example-limits (limits of the example): printed a minimum of
+ * 10 % and a maximum of 5 %; encoded the values as sent.
  *
- * Erratum apt37-quad-kpatrigioconfig-example-short: printed a length of 26 and 22 bytes; encoded 28
- * bytes.
+ * Erratum apt37-quad-kpatrigioconfig-example-short (length of the example): printed a length of 26
+ * and 22 bytes; encoded 28 bytes.
  *
- * Erratum apt37-quad-list-sub-messages: printed 01 to 0E; encoded also 0F and 10, for the KPA101.
+ * Erratum apt37-quad-list-sub-messages (list of sub-messages of the quad detectors): printed 01 to
+ * 0E; encoded also 0F and 10, for the KPA101.
  */
 typedef struct apt_quad_set_kpatrigioconfig_long {
     /** Always 0x0f. */
@@ -1144,13 +1151,16 @@ static inline apt_status apt_quad_set_kpatrigioconfig_long_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-quad-kpadigoutputs-example-bits: printed 11; encoded 03.
+ * Erratum apt37-quad-kpadigoutputs-example-bits (outputs of the example): printed 11; encoded 03.
  *
- * Erratum apt37-quad-kpadigoutputs-reserved: printed nothing; encoded byte[2].
+ * Erratum apt37-quad-kpadigoutputs-reserved (QUAD_KPADIGOUTPUTS, format of the reserved bytes):
+ * printed nothing; encoded byte[2].
  *
- * Erratum apt37-quad-kpadigoutputs-tables: printed 71 08; encoded 70 08.
+ * Erratum apt37-quad-kpadigoutputs-tables (QUAD_KPADIGOUTPUTS, ids, sub-message and lengths):
+ * printed 71 08; encoded 70 08.
  *
- * Erratum apt37-quad-list-sub-messages: printed 01 to 0E; encoded also 0F and 10, for the KPA101.
+ * Erratum apt37-quad-list-sub-messages (list of sub-messages of the quad detectors): printed 01 to
+ * 0E; encoded also 0F and 10, for the KPA101.
  */
 typedef struct apt_quad_set_kpadigoutputs {
     /** Always 0x10. */
@@ -1259,13 +1269,16 @@ static inline apt_status apt_quad_set_kpadigoutputs_decode(
  * The vendor's C header has twelve reserved bytes, and a public driver reads replies of this
  * length.
  *
- * Erratum apt37-quad-kpadigoutputs-example-bits: printed 11; encoded 03.
+ * Erratum apt37-quad-kpadigoutputs-example-bits (outputs of the example): printed 11; encoded 03.
  *
- * Erratum apt37-quad-kpadigoutputs-reserved: printed nothing; encoded byte[2].
+ * Erratum apt37-quad-kpadigoutputs-reserved (QUAD_KPADIGOUTPUTS, format of the reserved bytes):
+ * printed nothing; encoded byte[2].
  *
- * Erratum apt37-quad-kpadigoutputs-tables: printed 71 08; encoded 70 08.
+ * Erratum apt37-quad-kpadigoutputs-tables (QUAD_KPADIGOUTPUTS, ids, sub-message and lengths):
+ * printed 71 08; encoded 70 08.
  *
- * Erratum apt37-quad-list-sub-messages: printed 01 to 0E; encoded also 0F and 10, for the KPA101.
+ * Erratum apt37-quad-list-sub-messages (list of sub-messages of the quad detectors): printed 01 to
+ * 0E; encoded also 0F and 10, for the KPA101.
  */
 typedef struct apt_quad_set_kpadigoutputs_long {
     /** Always 0x10. */
@@ -1678,7 +1691,8 @@ static inline apt_status apt_quad_req_posdemandparams_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-quad-opermode-request: printed Msg Ident; encoded 07.
+ * Erratum apt37-quad-opermode-request (QUAD_REQ_OPERMODE, first parameter): printed Msg Ident;
+ * encoded 07.
  */
 typedef struct apt_quad_req_opermode {
     /** Always 0x07. */
@@ -2070,7 +2084,8 @@ static inline apt_status apt_quad_req_positionoutputs_decode(
  * QUAD_REQ_LOOPPARAMS2 (0x0871, sub-message 14), to the controller, header only; Issue 37, pages
  * 342, 345. Answered by QUAD_GET_LOOPPARAMS2.
  *
- * Erratum apt37-quad-loopparams2-request: printed 01; encoded 0E.
+ * Erratum apt37-quad-loopparams2-request (QUAD_REQ_LOOPPARAMS2, first parameter): printed 01;
+ * encoded 0E.
  */
 typedef struct apt_quad_req_loopparams2 {
     /** Always 0x0e. */
@@ -2264,7 +2279,8 @@ static inline apt_status apt_quad_req_kpatrigioconfig_decode(
  * QUAD_REQ_KPADIGOUTPUTS (0x0871, sub-message 16), to the controller, header only; Issue 37, page
  * 350. Answered by QUAD_GET_KPADIGOUTPUTS.
  *
- * Erratum apt37-quad-kpadigoutputs-tables: printed 71 08; encoded 70 08.
+ * Erratum apt37-quad-kpadigoutputs-tables (QUAD_KPADIGOUTPUTS, ids, sub-message and lengths):
+ * printed 71 08; encoded 70 08.
  */
 typedef struct apt_quad_req_kpadigoutputs {
     /** Always 0x10. */
@@ -2487,10 +2503,11 @@ static inline apt_status apt_quad_get_loopparams_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-quad-get-example-addresses: printed D0 01 and D0 50; encoded 81 50.
+ * Erratum apt37-quad-get-example-addresses (addresses of the replies in the examples): printed D0
+ * 01 and D0 50; encoded 81 50.
  *
- * Erratum apt37-quad-readings-example-sum: printed 7FFF, and FF FF in the explanation; encoded
- * FFFF.
+ * Erratum apt37-quad-readings-example-sum (sum of the examples): printed 7FFF, and FF FF in the
+ * explanation; encoded FFFF.
  */
 typedef struct apt_quad_get_readings {
     /** Always 0x03. */
@@ -2768,9 +2785,9 @@ static inline apt_status apt_quad_get_posdemandparams_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-quad-opermode-lengths: printed 14; encoded 10.
+ * Erratum apt37-quad-opermode-lengths (QUAD_OPERMODE, length): printed 14; encoded 10.
  *
- * Erratum apt37-quad-opermode-reply: printed 70 08; encoded 72 08.
+ * Erratum apt37-quad-opermode-reply (QUAD_GET_OPERMODE, id): printed 70 08; encoded 72 08.
  */
 typedef struct apt_quad_get_opermode {
     /** Always 0x07. */
@@ -2875,9 +2892,10 @@ static inline apt_status apt_quad_get_opermode_decode(
  *
  * Evidence: independent driver.
  *
- * Erratum apt37-quad-get-example-addresses: printed D0 01 and D0 50; encoded 81 50.
+ * Erratum apt37-quad-get-example-addresses (addresses of the replies in the examples): printed D0
+ * 01 and D0 50; encoded 81 50.
  *
- * Erratum apt37-quad-statusbits-example-bits: printed 2B; encoded 04.
+ * Erratum apt37-quad-statusbits-example-bits (bits of the example): printed 2B; encoded 04.
  */
 typedef struct apt_quad_get_statusbits {
     /** Always 0x09. */
@@ -3358,7 +3376,8 @@ static inline apt_status apt_quad_get_loopparams2_decode(
  *
  * The length that pages 348 and 349 print. A public driver sends it.
  *
- * Erratum apt37-quad-kpatrigio-lengths: printed 0C 00; encoded 1C 00.
+ * Erratum apt37-quad-kpatrigio-lengths (QUAD_KPATRIGIOCONFIG, length and reserved bytes): printed
+ * 0C 00; encoded 1C 00.
  */
 typedef struct apt_quad_get_kpatrigioconfig {
     /** Always 0x0f. */
@@ -3508,7 +3527,8 @@ static inline apt_status apt_quad_get_kpatrigioconfig_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-quad-kpatrigio-lengths: printed 0C 00; encoded 1C 00.
+ * Erratum apt37-quad-kpatrigio-lengths (QUAD_KPATRIGIOCONFIG, length and reserved bytes): printed
+ * 0C 00; encoded 1C 00.
  */
 typedef struct apt_quad_get_kpatrigioconfig_long {
     /** Always 0x0f. */
@@ -3667,7 +3687,8 @@ static inline apt_status apt_quad_get_kpatrigioconfig_long_decode(
  *
  * The length that page 350 prints. A public driver sends it.
  *
- * Erratum apt37-quad-kpadigoutputs-tables: printed 71 08; encoded 70 08.
+ * Erratum apt37-quad-kpadigoutputs-tables (QUAD_KPADIGOUTPUTS, ids, sub-message and lengths):
+ * printed 71 08; encoded 70 08.
  */
 typedef struct apt_quad_get_kpadigoutputs {
     /** Always 0x10. */
@@ -3775,7 +3796,8 @@ static inline apt_status apt_quad_get_kpadigoutputs_decode(
  *
  * Evidence: vendor program and independent driver.
  *
- * Erratum apt37-quad-kpadigoutputs-tables: printed 71 08; encoded 70 08.
+ * Erratum apt37-quad-kpadigoutputs-tables (QUAD_KPADIGOUTPUTS, ids, sub-message and lengths):
+ * printed 71 08; encoded 70 08.
  */
 typedef struct apt_quad_get_kpadigoutputs_long {
     /** Always 0x10. */
@@ -3889,8 +3911,8 @@ static inline apt_status apt_quad_get_kpadigoutputs_long_decode(
  * The page mentions a channel, but the packet has none. Its example saves 0x0881, which is a status
  * update; the document does not say which parameters that saves, nor how a sub-message is named.
  *
- * Erratum apt37-quad-eepromparams-message: printed 0881, the status update; encoded a message that
- * sets parameters.
+ * Erratum apt37-quad-eepromparams-message (message whose parameters the example saves): printed
+ * 0881, the status update; encoded a message that sets parameters.
  */
 typedef struct apt_quad_set_eepromparams {
     /** Id of the message whose parameters are saved; from 0 to 65535. */
@@ -4075,11 +4097,11 @@ static inline apt_status apt_quad_req_statusupdate_decode(
  *
  * QUAD_GET_STATUSUPDATE (0x0881), to the host, 14 bytes of data; Issue 37, page 351.
  *
- * Erratum apt37-quad-readings-example-sum: printed 7FFF, and FF FF in the explanation; encoded
- * FFFF.
+ * Erratum apt37-quad-readings-example-sum (sum of the examples): printed 7FFF, and FF FF in the
+ * explanation; encoded FFFF.
  *
- * Erratum apt37-quad-statusupdate-example-short: printed 10 bytes after a header for 14; encoded 14
- * bytes.
+ * Erratum apt37-quad-statusupdate-example-short (length of the example): printed 10 bytes after a
+ * header for 14; encoded 14 bytes.
  */
 typedef struct apt_quad_get_statusupdate {
     /**

@@ -27,7 +27,8 @@
  *
  * Also described in Issue 37, page 187.
  *
- * Erratum apt-four-bit-integer: printed a 4 bit integer; encoded one byte.
+ * Erratum apt-four-bit-integer (Solenoid modes and state): printed a 4 bit integer; encoded one
+ * byte.
  */
 typedef struct apt_mot_set_sol_operatingmode {
     /** See enum apt_channel; from 0 to 255. */
@@ -309,8 +310,9 @@ static inline apt_status apt_mot_get_sol_operatingmode_decode(
  *
  * Also described in Issue 37, page 189.
  *
- * Erratum apt-sol-numcycles-trigger: printed ignored outside Auto mode (page 87); carried out at a
- * trigger (page 85); encoded sent in every mode; the note names both statements.
+ * Erratum apt-sol-numcycles-trigger (MOT_SET_SOL_CYCLEPARAMS, number of cycles in triggered mode):
+ * printed ignored outside Auto mode (page 87); carried out at a trigger (page 85); encoded sent in
+ * every mode; the note names both statements.
  */
 typedef struct apt_mot_set_sol_cycleparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -649,7 +651,8 @@ static inline apt_status apt_mot_get_sol_cycleparams_decode(
  *
  * Also described in Issue 37, page 191.
  *
- * Erratum apt-four-bit-integer: printed a 4 bit integer; encoded one byte.
+ * Erratum apt-four-bit-integer (Solenoid modes and state): printed a 4 bit integer; encoded one
+ * byte.
  */
 typedef struct apt_mot_set_sol_interlockmode {
     /** See enum apt_channel; from 0 to 255. */
@@ -929,7 +932,8 @@ static inline apt_status apt_mot_get_sol_interlockmode_decode(
  *
  * Also described in Issue 37, page 193.
  *
- * Erratum apt-four-bit-integer: printed a 4 bit integer; encoded one byte.
+ * Erratum apt-four-bit-integer (Solenoid modes and state): printed a 4 bit integer; encoded one
+ * byte.
  */
 typedef struct apt_mot_set_sol_state {
     /** See enum apt_channel; from 0 to 255. */

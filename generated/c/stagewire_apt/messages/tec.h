@@ -29,10 +29,11 @@
  * It changes the current of the TEC element, and so its temperature. The range is -4500 to 14500
  * with an AD59x, 0 to 2000 with a 20 kOhm thermistor and 0 to 20000 with a 200 kOhm thermistor.
  *
- * Erratum apt37-tec-sensor-message: printed the sub-message SetTempSetPoint; encoded
- * TEC_SET_IOSETTINGS, sub-message 5.
+ * Erratum apt37-tec-sensor-message (Message that selects the sensor): printed the sub-message
+ * SetTempSetPoint; encoded TEC_SET_IOSETTINGS, sub-message 5.
  *
- * Erratum apt37-tec-set-point-format: printed word; encoded short.
+ * Erratum apt37-tec-set-point-format (TEC_SET_TEMPSETPOINT, TEC_GET_READINGS and
+ * TEC_GET_STATUSUPDATE, format of the set point): printed word; encoded short.
  */
 typedef struct apt_tec_set_tempsetpoint {
     /** Always 0x01. */
@@ -144,16 +145,18 @@ static inline apt_status apt_tec_set_tempsetpoint_decode(
  * largest current. Set them before the set point, because a set point in another unit can overheat
  * the element.
  *
- * Erratum apt37-tec-iosettings-breakdown: printed 0x0001 is an AD59x, 0x03E8 is 10000, and the
- * header begins with 42; encoded 0x0001 is a 20 kilohm thermistor, 0x03E8 is 1000, and the header
- * begins with 40.
+ * Erratum apt37-tec-iosettings-breakdown (explanation of the example): printed 0x0001 is an AD59x,
+ * 0x03E8 is 10000, and the header begins with 42; encoded 0x0001 is a 20 kilohm thermistor, 0x03E8
+ * is 1000, and the header begins with 40.
  *
- * Erratum apt37-tec-iosettings-example-length: printed 0C 00; encoded 06 00.
+ * Erratum apt37-tec-iosettings-example-length (length of the example): printed 0C 00; encoded 06
+ * 00.
  *
- * Erratum apt37-tec-iosettings-example-limit: printed 01 80; encoded E8 03.
+ * Erratum apt37-tec-iosettings-example-limit (current limit of the example): printed 01 80; encoded
+ * E8 03.
  *
- * Erratum apt37-tec-sensor-message: printed the sub-message SetTempSetPoint; encoded
- * TEC_SET_IOSETTINGS, sub-message 5.
+ * Erratum apt37-tec-sensor-message (Message that selects the sensor): printed the sub-message
+ * SetTempSetPoint; encoded TEC_SET_IOSETTINGS, sub-message 5.
  */
 typedef struct apt_tec_set_iosettings {
     /** Always 0x05. */
@@ -266,10 +269,11 @@ static inline apt_status apt_tec_set_iosettings_decode(
  * the example sends 65, 80 and 60. Its breakdown and the vendor's C header scale 100 to 32767, so
  * compare the values that the unit returns.
  *
- * Erratum apt37-tec-loop-ids: printed 70 08; encoded 40 08.
+ * Erratum apt37-tec-loop-ids (TEC_SET_LOOPPARAMS and TEC_GET_LOOPPARAMS, ids): printed 70 08;
+ * encoded 40 08.
  *
- * Erratum apt37-tec-loopparams-breakdown-scale: printed 32767 x 80/100 and 32767 x 60/100; encoded
- * 80 and 60.
+ * Erratum apt37-tec-loopparams-breakdown-scale (arithmetic of two gains in the explanation):
+ * printed 32767 x 80/100 and 32767 x 60/100; encoded 80 and 60.
  */
 typedef struct apt_tec_set_loopparams {
     /** Always 0x09. */
@@ -383,7 +387,8 @@ static inline apt_status apt_tec_set_loopparams_decode(
  * TEC_SET_DISPSETTINGS (0x0840, sub-message 11), to the controller, 8 bytes of data; Issue 37, page
  * 364.
  *
- * Erratum apt37-tec-displaysettings-example-mode: printed 1 for the actual temperature; encoded 0.
+ * Erratum apt37-tec-displaysettings-example-mode (display mode of the example): printed 1 for the
+ * actual temperature; encoded 0.
  */
 typedef struct apt_tec_set_dispsettings {
     /** Always 0x0b. */
@@ -1177,12 +1182,14 @@ static inline apt_status apt_tec_get_tempsetpoint_decode(
  *
  * TEC_GET_READINGS (0x0842, sub-message 3), to the host, 8 bytes of data; Issue 37, page 357.
  *
- * Erratum apt37-tec-example-volts: printed 1 V for the current and 1.5 V for the temperature;
- * encoded 1000 mA and 15 °C.
+ * Erratum apt37-tec-example-volts (units in the explanations): printed 1 V for the current and 1.5
+ * V for the temperature; encoded 1000 mA and 15 °C.
  *
- * Erratum apt37-tec-readings-example-addresses: printed D0 01; encoded 81 50.
+ * Erratum apt37-tec-readings-example-addresses (addresses of the reply in the example): printed D0
+ * 01; encoded 81 50.
  *
- * Erratum apt37-tec-set-point-format: printed word; encoded short.
+ * Erratum apt37-tec-set-point-format (TEC_SET_TEMPSETPOINT, TEC_GET_READINGS and
+ * TEC_GET_STATUSUPDATE, format of the set point): printed word; encoded short.
  */
 typedef struct apt_tec_get_readings {
     /** Always 0x03. */
@@ -1410,8 +1417,8 @@ static inline apt_status apt_tec_get_iosettings_decode(
  *
  * TEC_GET_STATUSBITS (0x0842, sub-message 7), to the host, 6 bytes of data; Issue 37, page 361.
  *
- * Erratum apt37-tec-statusbits-example-packet: printed the ten bytes of a status update; encoded
- * the sub-message 07 00 and four bytes.
+ * Erratum apt37-tec-statusbits-example-packet (packet of the example): printed the ten bytes of a
+ * status update; encoded the sub-message 07 00 and four bytes.
  */
 typedef struct apt_tec_get_statusbits {
     /** Always 0x07. */
@@ -1514,7 +1521,8 @@ static inline apt_status apt_tec_get_statusbits_decode(
  * TEC_GET_LOOPPARAMS (0x0842, sub-message 9), to the host, 8 bytes of data; Issue 37, pages 362,
  * 363.
  *
- * Erratum apt37-tec-loop-ids: printed 70 08; encoded 40 08.
+ * Erratum apt37-tec-loop-ids (TEC_SET_LOOPPARAMS and TEC_GET_LOOPPARAMS, ids): printed 70 08;
+ * encoded 40 08.
  */
 typedef struct apt_tec_get_loopparams {
     /** Always 0x09. */
@@ -1735,7 +1743,7 @@ static inline apt_status apt_tec_get_dispsettings_decode(
  *
  * TEC_SET_EEPROMPARAMS (0x0850), to the controller, 2 bytes of data; Issue 37, page 366.
  *
- * Erratum apt37-tec-eepromparams-example-id: printed 75 08; encoded 50 08.
+ * Erratum apt37-tec-eepromparams-example-id (id of the example): printed 75 08; encoded 50 08.
  */
 typedef struct apt_tec_set_eepromparams {
     /** For future use; reserved, sent as zero. */
@@ -1919,14 +1927,16 @@ static inline apt_status apt_tec_req_statusupdate_decode(
  *
  * TEC_GET_STATUSUPDATE (0x0861), to the host, 10 bytes of data; Issue 37, page 367.
  *
- * Erratum apt37-list-ttc001-status: printed nothing; encoded TEC_GET_STATUSUPDATE.
+ * Erratum apt37-list-ttc001-status (Status message of the TTC001): printed nothing; encoded
+ * TEC_GET_STATUSUPDATE.
  *
- * Erratum apt37-tec-example-volts: printed 1 V for the current and 1.5 V for the temperature;
- * encoded 1000 mA and 15 °C.
+ * Erratum apt37-tec-example-volts (units in the explanations): printed 1 V for the current and 1.5
+ * V for the temperature; encoded 1000 mA and 15 °C.
  *
- * Erratum apt37-tec-set-point-format: printed word; encoded short.
+ * Erratum apt37-tec-set-point-format (TEC_SET_TEMPSETPOINT, TEC_GET_READINGS and
+ * TEC_GET_STATUSUPDATE, format of the set point): printed word; encoded short.
  *
- * Erratum apt37-tec-status-length: printed 0E 00; encoded 0A 00.
+ * Erratum apt37-tec-status-length (TEC_GET_STATUSUPDATE, length): printed 0E 00; encoded 0A 00.
  */
 typedef struct apt_tec_get_statusupdate {
     /** Output current; in counts of 1 mA; from 0 to 2000. */
@@ -2044,7 +2054,7 @@ static inline apt_status apt_tec_get_statusupdate_decode(
  *
  * TEC_ACK_STATUSUPDATE (0x0862), to the controller, header only; Issue 37, page 368.
  *
- * Erratum apt37-tec-ack-id: printed 82 08; encoded 62 08.
+ * Erratum apt37-tec-ack-id (TEC_ACK_STATUSUPDATE, id): printed 82 08; encoded 62 08.
  */
 typedef struct apt_tec_ack_statusupdate {
     /** Unused parameter byte; from 0 to 255. */

@@ -163,12 +163,13 @@ static inline ms2000_status ms2000_increment_move_down_decode(const uint8_t *byt
  * Firmware 3.3: From this version on, a disabled axis answers NOT_BUSY even when it is away from
  * its target position.
  *
- * Erratum ms2000-size-exceptions: printed three commands, ?, G and B; encoded these three are sent
- * without it; for every command without data, both forms are understood.
+ * Erratum ms2000-size-exceptions (Commands without the size group): printed three commands, ?, G
+ * and B; encoded these three are sent without it; for every command without data, both forms are
+ * understood.
  *
- * Erratum ms2000-status-busy: printed busy while there is a motor signal or a command is executed
- * and the motor is enabled; not busy when disabled, from 3.3 on; encoded from 3.3 on a disabled
- * axis is not busy; before, the document does not tell.
+ * Erratum ms2000-status-busy (Read Status, definition of busy): printed busy while there is a motor
+ * signal or a command is executed and the motor is enabled; not busy when disabled, from 3.3 on;
+ * encoded from 3.3 on a disabled axis is not busy; before, the document does not tell.
  */
 #define MS2000_READ_STATUS_ID 0x3FU
 /** Value of the size slot if there is one. */
@@ -307,7 +308,8 @@ static inline ms2000_status ms2000_read_status_reply_decode(
  * The axis keeps its place, which now has the new number. WRITE_TARGET_POSITION is the command that
  * moves. After 255, the same byte is SWITCH_TO_HIGH_LEVEL.
  *
- * Erratum ms2000-reverse-conversion-remainder: printed mb = remainder of 100,000 / 256 / 256, msb =
+ * Erratum ms2000-reverse-conversion-remainder (Write Motor Position, Write Target Position and
+ * Write Increment Value, reverse conversion): printed mb = remainder of 100,000 / 256 / 256, msb =
  * remainder of 100,000 / 256 / 256 / 256; encoded bytes of the number in two's complement, least
  * significant first.
  */
@@ -401,19 +403,23 @@ static inline ms2000_status ms2000_write_motor_position_decode(
  * Firmware 3.3: From this version on, READ_STATUS reports the disabled axis as not busy, wherever
  * it is.
  *
- * Erratum ms2000-servo-always-on: printed servos cannot be turned off; 66 turns a motor off;
- * encoded both, the bit as the table has it and the command as its section has it.
+ * Erratum ms2000-servo-always-on (Bit 1 of the status byte, and Stop / Disable Motor): printed
+ * servos cannot be turned off; 66 turns a motor off; encoded both, the bit as the table has it and
+ * the command as its section has it.
  *
- * Erratum ms2000-size-exceptions: printed three commands, ?, G and B; encoded these three are sent
- * without it; for every command without data, both forms are understood.
+ * Erratum ms2000-size-exceptions (Commands without the size group): printed three commands, ?, G
+ * and B; encoded these three are sent without it; for every command without data, both forms are
+ * understood.
  *
- * Erratum ms2000-start-stop-data-size: printed Data Size 0; encoded none, the slot is left out.
+ * Erratum ms2000-start-stop-data-size (Start / Enable Motor and Stop / Disable Motor, data size):
+ * printed Data Size 0; encoded none, the slot is left out.
  *
- * Erratum ms2000-status-busy: printed busy while there is a motor signal or a command is executed
- * and the motor is enabled; not busy when disabled, from 3.3 on; encoded from 3.3 on a disabled
- * axis is not busy; before, the document does not tell.
+ * Erratum ms2000-status-busy (Read Status, definition of busy): printed busy while there is a motor
+ * signal or a command is executed and the motor is enabled; not busy when disabled, from 3.3 on;
+ * encoded from 3.3 on a disabled axis is not busy; before, the document does not tell.
  *
- * Erratum ms2000-stop-motor-example-command: printed 24 71 58; encoded 24 66 58.
+ * Erratum ms2000-stop-motor-example-command (Stop / Disable Motor, example): printed 24 71 58;
+ * encoded 24 66 58.
  */
 #define MS2000_STOP_MOTOR_ID 0x42U
 /** Value of the size slot if there is one. */
@@ -479,7 +485,8 @@ static inline ms2000_status ms2000_stop_motor_decode(const uint8_t *bytes, size_
  * WRITE_INCREMENT_VALUE (0x44), to the controller, 3 bytes of data, size 3; section Write Increment
  * Value. Typed as D.
  *
- * Erratum ms2000-reverse-conversion-remainder: printed mb = remainder of 100,000 / 256 / 256, msb =
+ * Erratum ms2000-reverse-conversion-remainder (Write Motor Position, Write Target Position and
+ * Write Increment Value, reverse conversion): printed mb = remainder of 100,000 / 256 / 256, msb =
  * remainder of 100,000 / 256 / 256 / 256; encoded bytes of the number in two's complement, least
  * significant first.
  */
@@ -573,10 +580,12 @@ static inline ms2000_status ms2000_write_increment_value_decode(
  *
  * A motor enabled away from its target position may move there.
  *
- * Erratum ms2000-size-exceptions: printed three commands, ?, G and B; encoded these three are sent
- * without it; for every command without data, both forms are understood.
+ * Erratum ms2000-size-exceptions (Commands without the size group): printed three commands, ?, G
+ * and B; encoded these three are sent without it; for every command without data, both forms are
+ * understood.
  *
- * Erratum ms2000-start-stop-data-size: printed Data Size 0; encoded none, the slot is left out.
+ * Erratum ms2000-start-stop-data-size (Start / Enable Motor and Stop / Disable Motor, data size):
+ * printed Data Size 0; encoded none, the slot is left out.
  */
 #define MS2000_START_MOTOR_ID 0x47U
 /** Value of the size slot if there is one. */
@@ -645,10 +654,12 @@ static inline ms2000_status ms2000_start_motor_decode(const uint8_t *bytes, size
  * The document allows the command with and without the size slot. Nothing moves until the operator
  * moves the control device.
  *
- * Erratum ms2000-no-reply-unsaid: printed nothing of a reply; encoded no reply.
+ * Erratum ms2000-no-reply-unsaid (Write Start Speed, Joystick Enable and Joystick Disable, reply):
+ * printed nothing of a reply; encoded no reply.
  *
- * Erratum ms2000-size-exceptions: printed three commands, ?, G and B; encoded these three are sent
- * without it; for every command without data, both forms are understood.
+ * Erratum ms2000-size-exceptions (Commands without the size group): printed three commands, ?, G
+ * and B; encoded these three are sent without it; for every command without data, both forms are
+ * understood.
  */
 #define MS2000_JOYSTICK_ENABLE_ID 0x4AU
 /** Value of the size slot if there is one. */
@@ -717,13 +728,15 @@ static inline ms2000_status ms2000_joystick_enable_decode(const uint8_t *bytes, 
  *
  * The document allows the command with and without the size slot.
  *
- * Erratum ms2000-joystick-disable-example-command: printed the 74 represents the Disable Joystick
- * command; encoded 75.
+ * Erratum ms2000-joystick-disable-example-command (Joystick / Controller Disable, text of the
+ * example): printed the 74 represents the Disable Joystick command; encoded 75.
  *
- * Erratum ms2000-no-reply-unsaid: printed nothing of a reply; encoded no reply.
+ * Erratum ms2000-no-reply-unsaid (Write Start Speed, Joystick Enable and Joystick Disable, reply):
+ * printed nothing of a reply; encoded no reply.
  *
- * Erratum ms2000-size-exceptions: printed three commands, ?, G and B; encoded these three are sent
- * without it; for every command without data, both forms are understood.
+ * Erratum ms2000-size-exceptions (Commands without the size group): printed three commands, ?, G
+ * and B; encoded these three are sent without it; for every command without data, both forms are
+ * understood.
  */
 #define MS2000_JOYSTICK_DISABLE_ID 0x4BU
 /** Value of the size slot if there is one. */
@@ -793,18 +806,20 @@ static inline ms2000_status ms2000_joystick_disable_decode(const uint8_t *bytes,
  * Acceleration is top speed divided by ramp time. A short move accelerates at the same rate and
  * cuts its ramp short. To spare the motors, use more than 50 ms for ramps to full speed.
  *
- * Erratum ms2000-ramp-from-start-speed: printed a ramp lasts from start speed to maximum speed;
- * reading and writing the start speed are dummies; encoded acceleration is top speed divided by
- * ramp time.
+ * Erratum ms2000-ramp-from-start-speed (Ramps and the start speed): printed a ramp lasts from start
+ * speed to maximum speed; reading and writing the start speed are dummies; encoded acceleration is
+ * top speed divided by ramp time.
  *
- * Erratum ms2000-ramp-time-example-advice: printed the example sets 45 ms, the text advises more
- * than 50 ms; encoded 45 is sent like any value of the range; the advice is a note.
+ * Erratum ms2000-ramp-time-example-advice (Write Ramping Time, example): printed the example sets
+ * 45 ms, the text advises more than 50 ms; encoded 45 is sent like any value of the range; the
+ * advice is a note.
  *
- * Erratum ms2000-ramp-time-range: printed from 0 to 256; encoded from 1 to 255.
+ * Erratum ms2000-ramp-time-range (Write Ramping Time, range): printed from 0 to 256; encoded from 1
+ * to 255.
  *
- * Erratum ms2000-twos-complement: printed data in two's complement; further down mostly in two's
- * complement; encoded signed positions, distances and current speed; unsigned ramp times, maximum
- * and top speed.
+ * Erratum ms2000-twos-complement (Sign of data): printed data in two's complement; further down
+ * mostly in two's complement; encoded signed positions, distances and current speed; unsigned ramp
+ * times, maximum and top speed.
  */
 typedef struct ms2000_write_ramping_time {
     /** In counts, 1 per ms; from 1 to 255. */
@@ -894,14 +909,15 @@ static inline ms2000_status ms2000_write_ramping_time_decode(
  *
  * After 255, the same byte is RESET_CONTROLLER.
  *
- * Erratum ms2000-dummy-data: printed Data Size 2, and nothing of what the two bytes are; encoded a
- * number of two bytes without unit and sign.
+ * Erratum ms2000-dummy-data (Read Start Speed and Write Start Speed, data): printed Data Size 2,
+ * and nothing of what the two bytes are; encoded a number of two bytes without unit and sign.
  *
- * Erratum ms2000-no-reply-unsaid: printed nothing of a reply; encoded no reply.
+ * Erratum ms2000-no-reply-unsaid (Write Start Speed, Joystick Enable and Joystick Disable, reply):
+ * printed nothing of a reply; encoded no reply.
  *
- * Erratum ms2000-ramp-from-start-speed: printed a ramp lasts from start speed to maximum speed;
- * reading and writing the start speed are dummies; encoded acceleration is top speed divided by
- * ramp time.
+ * Erratum ms2000-ramp-from-start-speed (Ramps and the start speed): printed a ramp lasts from start
+ * speed to maximum speed; reading and writing the start speed are dummies; encoded acceleration is
+ * top speed divided by ramp time.
  */
 typedef struct ms2000_write_start_speed {
     /** The document gives neither sign nor unit; from 0 to 65535. */
@@ -996,9 +1012,9 @@ static inline ms2000_status ms2000_write_start_speed_decode(
  * This also changes the acceleration, which is top speed divided by ramp time. READ_MAXIMUM_SPEED
  * reads it.
  *
- * Erratum ms2000-twos-complement: printed data in two's complement; further down mostly in two's
- * complement; encoded signed positions, distances and current speed; unsigned ramp times, maximum
- * and top speed.
+ * Erratum ms2000-twos-complement (Sign of data): printed data in two's complement; further down
+ * mostly in two's complement; encoded signed positions, distances and current speed; unsigned ramp
+ * times, maximum and top speed.
  */
 typedef struct ms2000_write_top_speed {
     /** In counts, 1 per um/s; from 0 to 65535. */
@@ -1087,7 +1103,8 @@ static inline ms2000_status ms2000_write_top_speed_decode(
  * out when the move is over, because the controller sends nothing unsolicited. After 255, the same
  * byte is WHERE_IN_TENTHS.
  *
- * Erratum ms2000-reverse-conversion-remainder: printed mb = remainder of 100,000 / 256 / 256, msb =
+ * Erratum ms2000-reverse-conversion-remainder (Write Motor Position, Write Target Position and
+ * Write Increment Value, reverse conversion): printed mb = remainder of 100,000 / 256 / 256, msb =
  * remainder of 100,000 / 256 / 256 / 256; encoded bytes of the number in two's complement, least
  * significant first.
  */
@@ -1180,8 +1197,8 @@ static inline ms2000_status ms2000_write_target_position_decode(
  * the motor. The document does not say whether a speed of 0 ends the movement. Ramp time and top
  * speed set the acceleration.
  *
- * Erratum ms2000-vector-speed-sign: printed a two-byte value, a binary number; encoded unsigned,
- * from 0 to 32767.
+ * Erratum ms2000-vector-speed-sign (Write Vector Speed, sign): printed a two-byte value, a binary
+ * number; encoded unsigned, from 0 to 32767.
  */
 typedef struct ms2000_write_vector_speed {
     /**
@@ -1557,16 +1574,19 @@ static inline ms2000_status ms2000_read_increment_value_reply_decode(
  * X, Y and Z answer with the same text; the document does not mention other identifiers. Repeating
  * the command does not return the firmware version, which this command set cannot read.
  *
- * Erratum ms2000-blanks: printed there are none with this command set; encoded none between the
- * parts of a command or a reply; as data, the bytes 32, 13 and 10 are like others.
+ * Erratum ms2000-blanks (Blanks, carriage returns and line feeds): printed there are none with this
+ * command set; encoded none between the parts of a command or a reply; as data, the bytes 32, 13
+ * and 10 are like others.
  *
- * Erratum ms2000-identification-example-size: printed 24 105 58; encoded 24 105 06 58.
+ * Erratum ms2000-identification-example-size (Read Identification, example): printed 24 105 58;
+ * encoded 24 105 06 58.
  *
- * Erratum ms2000-identification-sixth-byte: printed fifth and sixth byte are blanks; encoded the
- * fifth is a blank, the sixth a colon.
+ * Erratum ms2000-identification-sixth-byte (Read Identification, reply): printed fifth and sixth
+ * byte are blanks; encoded the fifth is a blank, the sixth a colon.
  *
- * Erratum ms2000-size-exceptions: printed three commands, ?, G and B; encoded these three are sent
- * without it; for every command without data, both forms are understood.
+ * Erratum ms2000-size-exceptions (Commands without the size group): printed three commands, ?, G
+ * and B; encoded these three are sent without it; for every command without data, both forms are
+ * understood.
  */
 #define MS2000_READ_IDENTIFICATION_ID 0x69U
 /** Value of the size slot if there is one. */
@@ -1633,8 +1653,8 @@ static inline ms2000_status ms2000_read_identification_decode(const uint8_t *byt
  *
  * A reply has no frame. Its meaning depends on the command that was sent.
  *
- * Erratum ms2000-identification-sixth-byte: printed fifth and sixth byte are blanks; encoded the
- * fifth is a blank, the sixth a colon.
+ * Erratum ms2000-identification-sixth-byte (Read Identification, reply): printed fifth and sixth
+ * byte are blanks; encoded the fifth is a blank, the sixth a colon.
  */
 typedef struct ms2000_read_identification_reply {
     /**
@@ -1710,19 +1730,22 @@ static inline ms2000_status ms2000_read_identification_reply_decode(
  * READ_MOTOR_POSITION_AND_STATUS (0x6C), to the controller, no data, size 4; section Read Motor
  * Position and Status. Typed as l.
  *
- * Erratum ms2000-position-status-example-bytes: printed lsb:10, mb:1, msb:2; encoded 160, 134, 1.
+ * Erratum ms2000-position-status-example-bytes (Read Motor Position and Status, bytes of the
+ * reply): printed lsb:10, mb:1, msb:2; encoded 160, 134, 1.
  *
- * Erratum ms2000-position-status-example-command: printed the 97 represents the Read Motor Position
- * command; encoded 108, Read Motor Position and Status.
+ * Erratum ms2000-position-status-example-command (Read Motor Position and Status, text of the
+ * example): printed the 97 represents the Read Motor Position command; encoded 108, Read Motor
+ * Position and Status.
  *
- * Erratum ms2000-position-status-example-size: printed 24 108 03 58, 3 bytes returned; encoded 24
- * 108 04 58.
+ * Erratum ms2000-position-status-example-size (Read Motor Position and Status, example): printed 24
+ * 108 03 58, 3 bytes returned; encoded 24 108 04 58.
  *
- * Erratum ms2000-position-status-example-status: printed 20; encoded the bits of section 14, of
- * which bit 1 is always set.
+ * Erratum ms2000-position-status-example-status (Read Motor Position and Status, status byte of the
+ * example): printed 20; encoded the bits of section 14, of which bit 1 is always set.
  *
- * Erratum ms2000-status-byte-example-limits: printed bit 7 upper limit, bit 6 lower limit; encoded
- * bit 6 upper limit, bit 7 lower limit.
+ * Erratum ms2000-status-byte-example-limits (Read Status Byte, limits in the breakdown of the
+ * example): printed bit 7 upper limit, bit 6 lower limit; encoded bit 6 upper limit, bit 7 lower
+ * limit.
  */
 #define MS2000_READ_MOTOR_POSITION_AND_STATUS_ID 0x6CU
 /** Value of the size slot if there is one. */
@@ -1790,10 +1813,11 @@ static inline ms2000_status ms2000_read_motor_position_and_status_decode(
  *
  * A reply has no frame. Its meaning depends on the command that was sent.
  *
- * Erratum ms2000-position-status-example-bytes: printed lsb:10, mb:1, msb:2; encoded 160, 134, 1.
+ * Erratum ms2000-position-status-example-bytes (Read Motor Position and Status, bytes of the
+ * reply): printed lsb:10, mb:1, msb:2; encoded 160, 134, 1.
  *
- * Erratum ms2000-position-status-example-status: printed 20; encoded the bits of section 14, of
- * which bit 1 is always set.
+ * Erratum ms2000-position-status-example-status (Read Motor Position and Status, status byte of the
+ * example): printed 20; encoded the bits of section 14, of which bit 1 is always set.
  */
 typedef struct ms2000_read_motor_position_and_status_reply {
     /** In counts, 10 per um; from -8388608 to 8388607. */
@@ -2008,13 +2032,13 @@ static inline ms2000_status ms2000_read_current_speed_reply_decode(
  *
  * READ_RAMP_TIME (0x71), to the controller, no data, size 1; section Read Ramp Time. Typed as q.
  *
- * Erratum ms2000-ramp-from-start-speed: printed a ramp lasts from start speed to maximum speed;
- * reading and writing the start speed are dummies; encoded acceleration is top speed divided by
- * ramp time.
+ * Erratum ms2000-ramp-from-start-speed (Ramps and the start speed): printed a ramp lasts from start
+ * speed to maximum speed; reading and writing the start speed are dummies; encoded acceleration is
+ * top speed divided by ramp time.
  *
- * Erratum ms2000-twos-complement: printed data in two's complement; further down mostly in two's
- * complement; encoded signed positions, distances and current speed; unsigned ramp times, maximum
- * and top speed.
+ * Erratum ms2000-twos-complement (Sign of data): printed data in two's complement; further down
+ * mostly in two's complement; encoded signed positions, distances and current speed; unsigned ramp
+ * times, maximum and top speed.
  */
 #define MS2000_READ_RAMP_TIME_ID 0x71U
 /** Value of the size slot if there is one. */
@@ -2156,12 +2180,12 @@ static inline ms2000_status ms2000_read_ramp_time_reply_decode(
  *
  * A dummy function: refused unless MS2000_ALLOW_DUMMIES is defined.
  *
- * Erratum ms2000-dummy-data: printed Data Size 2, and nothing of what the two bytes are; encoded a
- * number of two bytes without unit and sign.
+ * Erratum ms2000-dummy-data (Read Start Speed and Write Start Speed, data): printed Data Size 2,
+ * and nothing of what the two bytes are; encoded a number of two bytes without unit and sign.
  *
- * Erratum ms2000-ramp-from-start-speed: printed a ramp lasts from start speed to maximum speed;
- * reading and writing the start speed are dummies; encoded acceleration is top speed divided by
- * ramp time.
+ * Erratum ms2000-ramp-from-start-speed (Ramps and the start speed): printed a ramp lasts from start
+ * speed to maximum speed; reading and writing the start speed are dummies; encoded acceleration is
+ * top speed divided by ramp time.
  */
 #define MS2000_READ_START_SPEED_ID 0x72U
 /** Value of the size slot if there is one. */
@@ -2233,8 +2257,8 @@ static inline ms2000_status ms2000_read_start_speed_decode(const uint8_t *bytes,
  *
  * A reply has no frame. Its meaning depends on the command that was sent.
  *
- * Erratum ms2000-dummy-data: printed Data Size 2, and nothing of what the two bytes are; encoded a
- * number of two bytes without unit and sign.
+ * Erratum ms2000-dummy-data (Read Start Speed and Write Start Speed, data): printed Data Size 2,
+ * and nothing of what the two bytes are; encoded a number of two bytes without unit and sign.
  */
 typedef struct ms2000_read_start_speed_reply {
     /** The document gives neither sign nor unit; from 0 to 65535. */
@@ -2309,11 +2333,12 @@ static inline ms2000_status ms2000_read_start_speed_reply_decode(
  *
  * WRITE_TOP_SPEED sets it.
  *
- * Erratum ms2000-maximum-speed-example-command: printed 24 114 02 58; encoded 24 115 02 58.
+ * Erratum ms2000-maximum-speed-example-command (Read Maximum Speed, example): printed 24 114 02 58;
+ * encoded 24 115 02 58.
  *
- * Erratum ms2000-twos-complement: printed data in two's complement; further down mostly in two's
- * complement; encoded signed positions, distances and current speed; unsigned ramp times, maximum
- * and top speed.
+ * Erratum ms2000-twos-complement (Sign of data): printed data in two's complement; further down
+ * mostly in two's complement; encoded signed positions, distances and current speed; unsigned ramp
+ * times, maximum and top speed.
  */
 #define MS2000_READ_MAXIMUM_SPEED_ID 0x73U
 /** Value of the size slot if there is one. */
@@ -2590,19 +2615,23 @@ static inline ms2000_status ms2000_read_target_position_reply_decode(
  * READ_STATUS_BYTE (0x7E), to the controller, no data, size 1; section Read Status Byte. Typed as
  * ~.
  *
- * Erratum ms2000-servo-always-on: printed servos cannot be turned off; 66 turns a motor off;
- * encoded both, the bit as the table has it and the command as its section has it.
+ * Erratum ms2000-servo-always-on (Bit 1 of the status byte, and Stop / Disable Motor): printed
+ * servos cannot be turned off; 66 turns a motor off; encoded both, the bit as the table has it and
+ * the command as its section has it.
  *
- * Erratum ms2000-size-exceptions: printed three commands, ?, G and B; encoded these three are sent
- * without it; for every command without data, both forms are understood.
+ * Erratum ms2000-size-exceptions (Commands without the size group): printed three commands, ?, G
+ * and B; encoded these three are sent without it; for every command without data, both forms are
+ * understood.
  *
- * Erratum ms2000-status-byte-example-limits: printed bit 7 upper limit, bit 6 lower limit; encoded
- * bit 6 upper limit, bit 7 lower limit.
+ * Erratum ms2000-status-byte-example-limits (Read Status Byte, limits in the breakdown of the
+ * example): printed bit 7 upper limit, bit 6 lower limit; encoded bit 6 upper limit, bit 7 lower
+ * limit.
  *
- * Erratum ms2000-status-byte-example-ramping: printed 0: ramping down if ramping; encoded 0:
- * ramping up, 1: ramping down.
+ * Erratum ms2000-status-byte-example-ramping (Read Status Byte, bit 5 in the breakdown of the
+ * example): printed 0: ramping down if ramping; encoded 0: ramping up, 1: ramping down.
  *
- * Erratum ms2000-status-byte-example-size: printed 24 126 58; encoded 24 126 01 58.
+ * Erratum ms2000-status-byte-example-size (Read Status Byte, example): printed 24 126 58; encoded
+ * 24 126 01 58.
  */
 #define MS2000_READ_STATUS_BYTE_ID 0x7EU
 /** Value of the size slot if there is one. */
@@ -2668,14 +2697,16 @@ static inline ms2000_status ms2000_read_status_byte_decode(const uint8_t *bytes,
  *
  * A reply has no frame. Its meaning depends on the command that was sent.
  *
- * Erratum ms2000-servo-always-on: printed servos cannot be turned off; 66 turns a motor off;
- * encoded both, the bit as the table has it and the command as its section has it.
+ * Erratum ms2000-servo-always-on (Bit 1 of the status byte, and Stop / Disable Motor): printed
+ * servos cannot be turned off; 66 turns a motor off; encoded both, the bit as the table has it and
+ * the command as its section has it.
  *
- * Erratum ms2000-status-byte-example-limits: printed bit 7 upper limit, bit 6 lower limit; encoded
- * bit 6 upper limit, bit 7 lower limit.
+ * Erratum ms2000-status-byte-example-limits (Read Status Byte, limits in the breakdown of the
+ * example): printed bit 7 upper limit, bit 6 lower limit; encoded bit 6 upper limit, bit 7 lower
+ * limit.
  *
- * Erratum ms2000-status-byte-example-ramping: printed 0: ramping down if ramping; encoded 0:
- * ramping up, 1: ramping down.
+ * Erratum ms2000-status-byte-example-ramping (Read Status Byte, bit 5 in the breakdown of the
+ * example): printed 0: ramping down if ramping; encoded 0: ramping up, 1: ramping down.
  */
 typedef struct ms2000_read_status_byte_reply {
     /** Bits MS2000_STATUS_BITS_...; from 0 to 255. */

@@ -51,7 +51,8 @@ class MotSetMffOperParams(FramedMessage):
     :param not_used_1: reserved, sent as zero.
     :param not_used_2: reserved, sent as zero.
 
-    Erratum ``apt37-mff-signal-modes``: printed 02.; encoded nothing.
+    Erratum ``apt37-mff-signal-modes`` (MOT_SET_MFF_OPERPARAMS, signal modes): printed 02.; encoded
+        nothing.
     """
 
     __slots__ = (
@@ -353,7 +354,8 @@ class MotGetMffOperParams(FramedMessage):
     :param not_used_1: reserved, sent as zero.
     :param not_used_2: reserved, sent as zero.
 
-    Erratum ``apt37-mff-get-id``: printed 10 05; encoded 12 05.
+    Erratum ``apt37-mff-get-id`` (MOT_GET_MFF_OPERPARAMS, id in the byte table): printed 10 05;
+        encoded 12 05.
     """
 
     __slots__ = (

@@ -68,8 +68,10 @@ class HwDisconnect(FramedMessage):
 
     Also described in Issue 37, page 49.
 
-    Erratum ``apt-disconnect-example-source``: printed 02 00 00 00 11 00; encoded 02 00 00 00 11 01.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt-disconnect-example-source`` (HW_DISCONNECT, worked example): printed 02 00 00 00
+        11 00; encoded 02 00 00 00 11 01.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("param1", "param2")
@@ -223,8 +225,10 @@ class HwGetInfo(FramedMessage):
     :param mod_state: modification state of the hardware; from 0 to 65535.
     :param nchs: number of channels; from 0 to 65535.
 
-    Erratum ``apt37-hardware-info``: printed Firmware Version; encoded nothing.
-    Erratum ``apt37-hw-info-example-mod-state``: printed 03, 00 in the breakdown; encoded 00 00.
+    Erratum ``apt37-hardware-info`` (HW_GET_INFO, fields between the type and the hardware version):
+        printed Firmware Version; encoded nothing.
+    Erratum ``apt37-hw-info-example-mod-state`` (HW_GET_INFO, modification state in the example):
+        printed 03, 00 in the breakdown; encoded 00 00.
     """
 
     __slots__ = (
@@ -396,7 +400,8 @@ class HwStartUpdateMsgs(FramedMessage):
     :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; the
         document gives neither a unit nor a default; from 0 to 255.
 
-    Erratum ``apt37-update-rate``: printed Unused; encoded update_rate.
+    Erratum ``apt37-update-rate`` (HW_START_UPDATEMSGS, first parameter): printed Unused; encoded
+        update_rate.
     """
 
     __slots__ = ("param2", "update_rate")
@@ -469,7 +474,8 @@ class HwStopUpdateMsgs(FramedMessage):
 
     Also described in Issue 37, page 51.
 
-    Erratum ``apt-summary-stop-updatemsgs-id``: printed 0x0011; encoded 0x0012.
+    Erratum ``apt-summary-stop-updatemsgs-id`` (Overview, id of HW_STOP_UPDATEMSGS): printed 0x0011;
+        encoded 0x0012.
     """
 
     __slots__ = ("param1", "param2")
@@ -540,9 +546,10 @@ class RackReqBayUsed(FramedMessage):
 
     :param bay_ident: :class:`~.RackBay`; from 0 to 255.
 
-    Erratum ``apt-bay-idents``: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay
-        10.
-    Erratum ``apt-rack-bayused-example-id``: printed 06 00; encoded 60 00 and 61 00.
+    Erratum ``apt-bay-idents`` (RACK bay idents): printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00
+        bay 1 to 0x09 bay 10.
+    Erratum ``apt-rack-bayused-example-id`` (RACK_REQ_BAYUSED and RACK_GET_BAYUSED, worked
+        examples): printed 06 00; encoded 60 00 and 61 00.
     """
 
     __slots__ = ("bay_ident", "param2")
@@ -613,12 +620,14 @@ class RackGetBayUsed(FramedMessage):
     :param bay_ident: :class:`~.RackBay`; from 0 to 255.
     :param bay_state: :class:`~.BayState`; from 0 to 255.
 
-    Erratum ``apt-bay-idents``: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay
-        10.
-    Erratum ``apt-rack-bayused-example-id``: printed 06 00; encoded 60 00 and 61 00.
-    Erratum ``apt-rack-get-bayused-example-addresses``: printed destination 11, source 01; encoded
-        destination 01, source 11.
-    Erratum ``apt37-bay-numbers``: printed nothing; encoded bay_1.
+    Erratum ``apt-bay-idents`` (RACK bay idents): printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00
+        bay 1 to 0x09 bay 10.
+    Erratum ``apt-rack-bayused-example-id`` (RACK_REQ_BAYUSED and RACK_GET_BAYUSED, worked
+        examples): printed 06 00; encoded 60 00 and 61 00.
+    Erratum ``apt-rack-get-bayused-example-addresses`` (RACK_GET_BAYUSED, worked example): printed
+        destination 11, source 01; encoded destination 01, source 11.
+    Erratum ``apt37-bay-numbers`` (RACK_GET_BAYUSED, numbers of the bays): printed nothing; encoded
+        bay_1.
     """
 
     __slots__ = ("bay_ident", "bay_state")
@@ -751,7 +760,7 @@ class HubGetBayUsed(FramedMessage):
 
     :param bay_ident: :class:`~.HubBay`; from 0 to 255.
 
-    Erratum ``apt-hub-bay-minus-one``: printed -0x01; encoded 0xFF.
+    Erratum ``apt-hub-bay-minus-one`` (HUB_GET_BAYUSED, bay ident): printed -0x01; encoded 0xFF.
     """
 
     __slots__ = ("bay_ident", "param2")
@@ -818,8 +827,8 @@ class HwResponse(FramedMessage):
 
     Also described in Issue 37, page 49.
 
-    Erratum ``apt37-hw-response-code``: printed the message carries a numerical fault code; encoded
-        a header without parameters.
+    Erratum ``apt37-hw-response-code`` (HW_RESPONSE, fault code): printed the message carries a
+        numerical fault code; encoded a header without parameters.
     """
 
     __slots__ = ("param1", "param2")
@@ -976,7 +985,8 @@ class ModSetChanEnableState(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param enable_state: :class:`~.EnableState`; from 0 to 255.
 
-    Erratum ``apt37-chan-idents-of-tim101``: printed channel 3; encoded nothing.
+    Erratum ``apt37-chan-idents-of-tim101`` (MOD_SET_CHANENABLESTATE, channels 3 and 4): printed
+        channel 3; encoded nothing.
     """
 
     __slots__ = ("chan_ident", "enable_state")
@@ -1194,10 +1204,14 @@ class ModSetDigOutputs(FramedMessage):
 
     :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`; from 0 to 255.
 
-    Erratum ``apt37-list-bpc-digoutputs``: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
-    Erratum ``apt37-list-kcube-digoutputs``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
-    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-bpc-digoutputs`` (MOD_DIGOUTPUTS in the lists of BPC20x and BPC30x):
+        printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+    Erratum ``apt37-list-kcube-digoutputs`` (MOD_DIGOUTPUTS in the lists of KPZ101 and KSG101):
+        printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-kna101-vendor-software`` (Messages that the list of the KNA101 omits):
+        printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("bit", "param2")
@@ -1270,10 +1284,14 @@ class ModReqDigOutputs(FramedMessage):
     :param bits: named in the table, but its meaning in a request is not documented; reserved, sent
         as zero.
 
-    Erratum ``apt37-list-bpc-digoutputs``: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
-    Erratum ``apt37-list-kcube-digoutputs``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
-    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-bpc-digoutputs`` (MOD_DIGOUTPUTS in the lists of BPC20x and BPC30x):
+        printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+    Erratum ``apt37-list-kcube-digoutputs`` (MOD_DIGOUTPUTS in the lists of KPZ101 and KSG101):
+        printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-kna101-vendor-software`` (Messages that the list of the KNA101 omits):
+        printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("bits", "param2")
@@ -1341,10 +1359,14 @@ class ModGetDigOutputs(FramedMessage):
 
     :param bit: a set writes all outputs at once; :class:`~.ControlIoOutputs`; from 0 to 255.
 
-    Erratum ``apt37-list-bpc-digoutputs``: printed MOD_SET_DIGOUTPUTS; encoded not in the list.
-    Erratum ``apt37-list-kcube-digoutputs``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
-    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-bpc-digoutputs`` (MOD_DIGOUTPUTS in the lists of BPC20x and BPC30x):
+        printed MOD_SET_DIGOUTPUTS; encoded not in the list.
+    Erratum ``apt37-list-kcube-digoutputs`` (MOD_DIGOUTPUTS in the lists of KPZ101 and KSG101):
+        printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-kna101-vendor-software`` (Messages that the list of the KNA101 omits):
+        printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("bit", "param2")
@@ -1489,7 +1511,8 @@ class RackReqStatusBits(FramedMessage):
     :param status_bits: named in the table, but its meaning in a request is not documented;
         reserved, sent as zero.
 
-    Erratum ``apt-rack-req-statusbits-id``: printed 28 02; encoded 26 02.
+    Erratum ``apt-rack-req-statusbits-id`` (RACK_REQ_STATUSBITS, id in the byte table): printed 28
+        02; encoded 26 02.
     """
 
     __slots__ = ("param2", "status_bits")
@@ -1561,11 +1584,13 @@ class RackGetStatusBits(FramedMessage):
     :param status_bits: the meaning of further bits depends on the controller;
         :class:`~.RackStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt-digital-inputs-outputs``: printed Digital output 1 to 4 on page 25, Digital input
-        1 to 4 on page 26; encoded inputs on page 25, outputs on page 26.
-    Erratum ``apt-rack-get-statusbits-numbers``: printed 0 to 5, 7 to 10; encoded 0 to 9.
-    Erratum ``apt-rack-statusbits-example-flag``: printed destination 01 before a data packet;
-        encoded 81.
+    Erratum ``apt-digital-inputs-outputs`` (Bit tables of the digital inputs and outputs): printed
+        Digital output 1 to 4 on page 25, Digital input 1 to 4 on page 26; encoded inputs on page
+        25, outputs on page 26.
+    Erratum ``apt-rack-get-statusbits-numbers`` (RACK_GET_STATUSBITS, row of byte numbers): printed
+        0 to 5, 7 to 10; encoded 0 to 9.
+    Erratum ``apt-rack-statusbits-example-flag`` (RACK_GET_STATUSBITS, worked example): printed
+        destination 01 before a data packet; encoded 81.
     """
 
     __slots__ = ("status_bits",)
@@ -1639,11 +1664,13 @@ class RackSetDigOutputs(FramedMessage):
     :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; from 0 to
         255.
 
-    Erratum ``apt-digital-inputs-outputs``: printed Digital output 1 to 4 on page 25, Digital input
-        1 to 4 on page 26; encoded inputs on page 25, outputs on page 26.
-    Erratum ``apt-digoutputs-integer``: printed a single 32 bit integer parameter; encoded one byte
-        of the header.
-    Erratum ``apt-rack-digoutputs-example-bay``: printed 22 in byte 3; encoded 00.
+    Erratum ``apt-digital-inputs-outputs`` (Bit tables of the digital inputs and outputs): printed
+        Digital output 1 to 4 on page 25, Digital input 1 to 4 on page 26; encoded inputs on page
+        25, outputs on page 26.
+    Erratum ``apt-digoutputs-integer`` (RACK digital outputs): printed a single 32 bit integer
+        parameter; encoded one byte of the header.
+    Erratum ``apt-rack-digoutputs-example-bay`` (RACK_SET_DIGOUTPUTS, worked example): printed 22 in
+        byte 3; encoded 00.
     """
 
     __slots__ = ("dig_op", "param2")
@@ -1715,8 +1742,8 @@ class RackReqDigOutputs(FramedMessage):
 
     Also described in Issue 37, page 57.
 
-    Erratum ``apt-digoutputs-integer``: printed a single 32 bit integer parameter; encoded one byte
-        of the header.
+    Erratum ``apt-digoutputs-integer`` (RACK digital outputs): printed a single 32 bit integer
+        parameter; encoded one byte of the header.
     """
 
     __slots__ = ("param1", "param2")
@@ -1788,10 +1815,12 @@ class RackGetDigOutputs(FramedMessage):
     :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; from 0 to
         255.
 
-    Erratum ``apt-digoutputs-integer``: printed a single 32 bit integer parameter; encoded one byte
-        of the header.
-    Erratum ``apt-rack-get-digoutputs-parameter``: printed 00; encoded Dig OP.
-    Erratum ``apt37-rack-digoutputs``: printed 00; encoded dig_op.
+    Erratum ``apt-digoutputs-integer`` (RACK digital outputs): printed a single 32 bit integer
+        parameter; encoded one byte of the header.
+    Erratum ``apt-rack-get-digoutputs-parameter`` (RACK_GET_DIGOUTPUTS, first parameter in the byte
+        table): printed 00; encoded Dig OP.
+    Erratum ``apt37-rack-digoutputs`` (RACK_GET_DIGOUTPUTS, first parameter): printed 00; encoded
+        dig_op.
     """
 
     __slots__ = ("dig_op", "param2")
@@ -1865,8 +1894,10 @@ class HwSetKcubeMmiLock(FramedMessage):
 
     :param mmi_lock: :class:`~.MmiLock`; from 0 to 255.
 
-    Erratum ``apt37-kcubemmilock-volatile``: printed non-volatile; encoded lost with the power.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-kcubemmilock-volatile`` (HW_SET_KCUBEMMILOCK, storage): printed non-volatile;
+        encoded lost with the power.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("mmi_lock", "param1")
@@ -1936,9 +1967,12 @@ class HwReqKcubeMmiLock(FramedMessage):
     :param mmi_lock: named in the table, but its meaning in a request is not documented; reserved,
         sent as zero.
 
-    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
-    Erratum ``apt37-list-laser-lock``: printed nothing; encoded HW_REQ_KCUBEMMILOCK.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-kna101-vendor-software`` (Messages that the list of the KNA101 omits):
+        printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-laser-lock`` (Lock of the top panel in the lists of K-Cube lasers): printed
+        nothing; encoded HW_REQ_KCUBEMMILOCK.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("mmi_lock", "param1")
@@ -2009,9 +2043,12 @@ class HwGetKcubeMmiLock(FramedMessage):
 
     :param mmi_lock: :class:`~.MmiLock`; from 0 to 255.
 
-    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
-    Erratum ``apt37-list-laser-lock``: printed nothing; encoded HW_REQ_KCUBEMMILOCK.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-kna101-vendor-software`` (Messages that the list of the KNA101 omits):
+        printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-laser-lock`` (Lock of the top panel in the lists of K-Cube lasers): printed
+        nothing; encoded HW_REQ_KCUBEMMILOCK.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("mmi_lock", "param1")

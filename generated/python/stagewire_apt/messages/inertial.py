@@ -227,7 +227,8 @@ class PzmotSetPosCounters(FramedMessage):
         -2147483648 to 2147483647.
     :param enc_count: not used; reserved, sent as zero.
 
-    Erratum ``apt37-poscounters-length``: printed 0E 00; encoded 0C 00.
+    Erratum ``apt37-poscounters-length`` (PZMOT_SET_POSCOUNTERS, length): printed 0E 00; encoded 0C
+        00.
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "sub_message")
@@ -330,9 +331,11 @@ class PzmotSetDriveOpParams(FramedMessage):
     :param step_rate: steps per second; from 1 to 2000.
     :param step_accn: acceleration in steps per second, per second; from 1 to 100000.
 
-    Erratum ``apt37-pzmot-drive-breakdown-figures``: printed 100 V for 6E, 10,000 for 0186A0, and a
-        packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14 bytes.
-    Erratum ``apt37-pzmot-set-example-addresses``: printed 81 50; encoded D0 01.
+    Erratum ``apt37-pzmot-drive-breakdown-figures`` (figures in the explanations): printed 100 V for
+        6E, 10,000 for 0186A0, and a packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14
+        bytes.
+    Erratum ``apt37-pzmot-set-example-addresses`` (addresses of the SET examples): printed 81 50;
+        encoded D0 01.
     """
 
     __slots__ = ("chan_ident", "max_voltage", "step_accn", "step_rate", "sub_message")
@@ -444,9 +447,11 @@ class PzmotSetTimJogParams(FramedMessage):
     :param jog_step_rate: steps per second; from 1 to 2000.
     :param jog_step_accn: acceleration in steps per second, per second; from 1 to 100000.
 
-    Erratum ``apt37-pzmot-drive-breakdown-figures``: printed 100 V for 6E, 10,000 for 0186A0, and a
-        packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14 bytes.
-    Erratum ``apt37-pzmot-set-example-addresses``: printed 81 50; encoded D0 01.
+    Erratum ``apt37-pzmot-drive-breakdown-figures`` (figures in the explanations): printed 100 V for
+        6E, 10,000 for 0186A0, and a packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14
+        bytes.
+    Erratum ``apt37-pzmot-set-example-addresses`` (addresses of the SET examples): printed 81 50;
+        encoded D0 01.
     """
 
     __slots__ = (
@@ -580,7 +585,8 @@ class PzmotSetLimSwitchParams(FramedMessage):
     :param rev_hard_limit: reverse limit switch; :class:`~.InertialHardLimit`; from 0 to 65535.
     :param stage_id: not used; reserved, sent as zero.
 
-    Erratum ``apt37-pzmot-set-example-addresses``: printed 81 50; encoded D0 01.
+    Erratum ``apt37-pzmot-set-example-addresses`` (addresses of the SET examples): printed 81 50;
+        encoded D0 01.
     """
 
     __slots__ = ("chan_ident", "fwd_hard_limit", "rev_hard_limit", "stage_id", "sub_message")
@@ -691,7 +697,8 @@ class PzmotSetTimPotParams(FramedMessage):
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 65535.
     :param max_step_rate: drive pulses per second; from 1 to 2000.
 
-    Erratum ``apt37-pzmot-set-example-addresses``: printed 81 50; encoded D0 01.
+    Erratum ``apt37-pzmot-set-example-addresses`` (addresses of the SET examples): printed 81 50;
+        encoded D0 01.
     """
 
     __slots__ = ("chan_ident", "max_step_rate", "sub_message")
@@ -781,7 +788,8 @@ class PzmotSetTimButtonParams(FramedMessage):
     :param time_out1: for future use; reserved, sent as zero.
     :param time_out2: for future use; reserved, sent as zero.
 
-    Erratum ``apt37-pzmot-set-example-addresses``: printed 81 50; encoded D0 01.
+    Erratum ``apt37-pzmot-set-example-addresses`` (addresses of the SET examples): printed 81 50;
+        encoded D0 01.
     """
 
     __slots__ = (
@@ -931,7 +939,8 @@ class PzmotSetKcubeMmiParams(FramedMessage):
         for a moment. In counts of 1 percent; from 0 to 100.
     :param reserved: reserved, sent as zero; 8 bytes.
 
-    Erratum ``apt37-kim-mmi-lengths``: printed nothing; encoded word.
+    Erratum ``apt37-kim-mmi-lengths`` (PZMOT_SET_KCUBEMMIPARAMS, length): printed nothing; encoded
+        word.
     """
 
     __slots__ = (
@@ -1115,7 +1124,8 @@ class PzmotSetKcubeMmiParamsShort(FramedMessage):
         for a moment. In counts of 1 percent; from 0 to 100.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-kim-mmi-lengths``: printed nothing; encoded word.
+    Erratum ``apt37-kim-mmi-lengths`` (PZMOT_SET_KCUBEMMIPARAMS, length): printed nothing; encoded
+        word.
     """
 
     __slots__ = (
@@ -1298,8 +1308,8 @@ class PzmotSetKcubeTrigIoConfig(FramedMessage):
     :param trig2_polarity: active state of port I/O 2; :class:`~.TriggerPolarity`; from 0 to 65535.
     :param reserved: reserved, sent as zero; 12 bytes.
 
-    Erratum ``apt37-pzmot-kcubetrigioconfig-example``: printed C2 08, and 16 bytes after a header
-        for 26; encoded C0 08, and 26 bytes.
+    Erratum ``apt37-pzmot-kcubetrigioconfig-example`` (id and length of the example): printed C2 08,
+        and 16 bytes after a header for 26; encoded C0 08, and 26 bytes.
     """
 
     __slots__ = (
@@ -1991,11 +2001,13 @@ class PzmotSetKcubeJogParams(FramedMessage):
     :param jog_step_rate: steps per second; from 1 to 2000.
     :param jog_step_accn: acceleration in steps per second, per second; from 1 to 100000.
 
-    Erratum ``apt37-pzmot-drive-breakdown-figures``: printed 100 V for 6E, 10,000 for 0186A0, and a
-        packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14 bytes.
-    Erratum ``apt37-pzmot-kcubejogparams-example-short``: printed one step size, 18 bytes after a
-        header for 22; encoded 250 forward and 260 in reverse, 22 bytes.
-    Erratum ``apt37-pzmot-set-example-addresses``: printed 81 50; encoded D0 01.
+    Erratum ``apt37-pzmot-drive-breakdown-figures`` (figures in the explanations): printed 100 V for
+        6E, 10,000 for 0186A0, and a packet of 18 bytes on page 374; encoded 110 V, 100,000, and 14
+        bytes.
+    Erratum ``apt37-pzmot-kcubejogparams-example-short`` (step sizes of the example): printed one
+        step size, 18 bytes after a header for 22; encoded 250 forward and 260 in reverse, 22 bytes.
+    Erratum ``apt37-pzmot-set-example-addresses`` (addresses of the SET examples): printed 81 50;
+        encoded D0 01.
     """
 
     __slots__ = (
@@ -2152,7 +2164,8 @@ class PzmotSetKcubeFeedbackSigParams(FramedMessage):
         written; from -2147483648 to 2147483647.
     :param reserved: not in the document; reserved, sent as zero; 8 bytes.
 
-    Erratum ``apt37-pzmot-set-example-addresses``: printed 81 50; encoded D0 01.
+    Erratum ``apt37-pzmot-set-example-addresses`` (addresses of the SET examples): printed 81 50;
+        encoded D0 01.
     """
 
     __slots__ = ("chan_ident", "encoder_const", "fb_signal_mode", "reserved", "sub_message")
@@ -2270,7 +2283,8 @@ class PzmotSetKcubeFeedbackSigParamsShort(FramedMessage):
     :param encoder_const: encoder counts per mm or degree; not implemented when the document was
         written; from -2147483648 to 2147483647.
 
-    Erratum ``apt37-pzmot-set-example-addresses``: printed 81 50; encoded D0 01.
+    Erratum ``apt37-pzmot-set-example-addresses`` (addresses of the SET examples): printed 81 50;
+        encoded D0 01.
     """
 
     __slots__ = ("chan_ident", "encoder_const", "fb_signal_mode", "sub_message")
@@ -2378,8 +2392,10 @@ class PzmotSetKcubeMoveRelativeParams(FramedMessage):
     :param rel_distance: distance in steps, positive or negative; in counts; scale to mm depends on
         the stage; from -2147483648 to 2147483647.
 
-    Erratum ``apt37-pzmot-moveparams-example-short``: printed two bytes; encoded four bytes.
-    Erratum ``apt37-pzmot-set-example-addresses``: printed 81 50; encoded D0 01.
+    Erratum ``apt37-pzmot-moveparams-example-short`` (distances of the examples): printed two bytes;
+        encoded four bytes.
+    Erratum ``apt37-pzmot-set-example-addresses`` (addresses of the SET examples): printed 81 50;
+        encoded D0 01.
     """
 
     __slots__ = ("chan_ident", "rel_distance", "sub_message")
@@ -2470,8 +2486,10 @@ class PzmotSetKcubeMoveAbsoluteParams(FramedMessage):
     :param abs_distance: position in steps; in counts; scale to mm depends on the stage; from
         -2147483648 to 2147483647.
 
-    Erratum ``apt37-pzmot-moveparams-example-short``: printed two bytes; encoded four bytes.
-    Erratum ``apt37-pzmot-set-example-addresses``: printed 81 50; encoded D0 01.
+    Erratum ``apt37-pzmot-moveparams-example-short`` (distances of the examples): printed two bytes;
+        encoded four bytes.
+    Erratum ``apt37-pzmot-set-example-addresses`` (addresses of the SET examples): printed 81 50;
+        encoded D0 01.
     """
 
     __slots__ = ("abs_distance", "chan_ident", "sub_message")
@@ -3690,10 +3708,12 @@ class PzmotReqPosCounters(FramedMessage):
     :param param1: always 0x05.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-pzmot-poscounts-request-flag``: printed D0; encoded 50.
-    Erratum ``apt37-pzmot-request-channel``: printed 01; encoded chan_ident.
-    Erratum ``apt37-pzmot-request-sub-message-place``: printed the first two bytes of the packet;
-        encoded the third byte of the header.
+    Erratum ``apt37-pzmot-poscounts-request-flag`` (destination of the request): printed D0; encoded
+        50.
+    Erratum ``apt37-pzmot-request-channel`` (requests of parameters of one channel, second
+        parameter): printed 01; encoded chan_ident.
+    Erratum ``apt37-pzmot-request-sub-message-place`` (place of the number of a sub-message in a
+        request): printed the first two bytes of the packet; encoded the third byte of the header.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -3765,7 +3785,8 @@ class PzmotReqDriveOpParams(FramedMessage):
     :param param1: always 0x07.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-pzmot-request-channel``: printed 01; encoded chan_ident.
+    Erratum ``apt37-pzmot-request-channel`` (requests of parameters of one channel, second
+        parameter): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -3835,7 +3856,8 @@ class PzmotReqTimJogParams(FramedMessage):
     :param param1: always 0x09.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-pzmot-request-channel``: printed 01; encoded chan_ident.
+    Erratum ``apt37-pzmot-request-channel`` (requests of parameters of one channel, second
+        parameter): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -3905,8 +3927,10 @@ class PzmotReqLimSwitchParams(FramedMessage):
     :param param1: always 0x0b.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-pzmot-limswitchparams-request``: printed 13; encoded 0B.
-    Erratum ``apt37-pzmot-request-channel``: printed 01; encoded chan_ident.
+    Erratum ``apt37-pzmot-limswitchparams-request`` (sub-message of the request in the example):
+        printed 13; encoded 0B.
+    Erratum ``apt37-pzmot-request-channel`` (requests of parameters of one channel, second
+        parameter): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -3979,7 +4003,8 @@ class PzmotReqHomeParams(FramedMessage):
     :param param1: always 0x0f.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-pzmot-request-channel``: printed 01; encoded chan_ident.
+    Erratum ``apt37-pzmot-request-channel`` (requests of parameters of one channel, second
+        parameter): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -4049,8 +4074,10 @@ class PzmotReqTimPotParams(FramedMessage):
     :param param1: always 0x11.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-pzmot-request-channel``: printed 01; encoded chan_ident.
-    Erratum ``apt37-tim-pot-request``: printed 09; encoded 11.
+    Erratum ``apt37-pzmot-request-channel`` (requests of parameters of one channel, second
+        parameter): printed 01; encoded chan_ident.
+    Erratum ``apt37-tim-pot-request`` (PZMOT_REQ_TIMPOTPARAMS, sub-message in the byte table):
+        printed 09; encoded 11.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -4120,7 +4147,8 @@ class PzmotReqTimButtonParams(FramedMessage):
     :param param1: always 0x13.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-pzmot-request-channel``: printed 01; encoded chan_ident.
+    Erratum ``apt37-pzmot-request-channel`` (requests of parameters of one channel, second
+        parameter): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -4190,7 +4218,8 @@ class PzmotReqKcubeMmiParams(FramedMessage):
     :param param1: always 0x15.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-pzmot-request-channel``: printed 01; encoded chan_ident.
+    Erratum ``apt37-pzmot-request-channel`` (requests of parameters of one channel, second
+        parameter): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -4259,7 +4288,8 @@ class PzmotReqKcubeTrigIoConfig(FramedMessage):
 
     :param param1: always 0x17.
 
-    Erratum ``apt37-kim-request-sub-message``: printed 01; encoded 2B.
+    Erratum ``apt37-kim-request-sub-message`` (requests of K-Cube parameters, sub-message and
+        channel): printed 01; encoded 2B.
     """
 
     __slots__ = ("param1", "param2")
@@ -4329,8 +4359,10 @@ class PzmotReqKcubeTrigParams(FramedMessage):
     :param param1: always 0x19.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-kim-request-sub-message``: printed 01; encoded 2B.
-    Erratum ``apt37-pzmot-requests-sub-message``: printed 01; encoded 19, 2D and 30.
+    Erratum ``apt37-kim-request-sub-message`` (requests of K-Cube parameters, sub-message and
+        channel): printed 01; encoded 2B.
+    Erratum ``apt37-pzmot-requests-sub-message`` (sub-message of the requests in the examples):
+        printed 01; encoded 19, 2D and 30.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -4401,7 +4433,8 @@ class PzmotReqKcubeChanEnableMode(FramedMessage):
 
     :param param1: always 0x2b.
 
-    Erratum ``apt37-kim-request-sub-message``: printed 01; encoded 2B.
+    Erratum ``apt37-kim-request-sub-message`` (requests of K-Cube parameters, sub-message and
+        channel): printed 01; encoded 2B.
     """
 
     __slots__ = ("param1", "param2")
@@ -4479,8 +4512,10 @@ class PzmotReqKcubeJogParams(FramedMessage):
     :param param1: always 0x2d.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-kim-request-sub-message``: printed 01; encoded 2B.
-    Erratum ``apt37-pzmot-requests-sub-message``: printed 01; encoded 19, 2D and 30.
+    Erratum ``apt37-kim-request-sub-message`` (requests of K-Cube parameters, sub-message and
+        channel): printed 01; encoded 2B.
+    Erratum ``apt37-pzmot-requests-sub-message`` (sub-message of the requests in the examples):
+        printed 01; encoded 19, 2D and 30.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -4550,8 +4585,10 @@ class PzmotReqKcubeFeedbackSigParams(FramedMessage):
     :param param1: always 0x30.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-kim-request-sub-message``: printed 01; encoded 2B.
-    Erratum ``apt37-pzmot-requests-sub-message``: printed 01; encoded 19, 2D and 30.
+    Erratum ``apt37-kim-request-sub-message`` (requests of K-Cube parameters, sub-message and
+        channel): printed 01; encoded 2B.
+    Erratum ``apt37-pzmot-requests-sub-message`` (sub-message of the requests in the examples):
+        printed 01; encoded 19, 2D and 30.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -4627,7 +4664,8 @@ class PzmotReqKcubeMoveRelativeParams(FramedMessage):
     :param param1: always 0x32.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-kim-request-sub-message``: printed 01; encoded 2B.
+    Erratum ``apt37-kim-request-sub-message`` (requests of K-Cube parameters, sub-message and
+        channel): printed 01; encoded 2B.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -4703,7 +4741,8 @@ class PzmotReqKcubeMoveAbsoluteParams(FramedMessage):
     :param param1: always 0x34.
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-kim-request-sub-message``: printed 01; encoded 2B.
+    Erratum ``apt37-kim-request-sub-message`` (requests of K-Cube parameters, sub-message and
+        channel): printed 01; encoded 2B.
     """
 
     __slots__ = ("chan_ident", "param1")
@@ -5513,7 +5552,8 @@ class PzmotGetPosCounters(FramedMessage):
         -2147483648 to 2147483647.
     :param enc_count: not used; reserved, sent as zero.
 
-    Erratum ``apt37-poscounters-length``: printed 0E 00; encoded 0C 00.
+    Erratum ``apt37-poscounters-length`` (PZMOT_SET_POSCOUNTERS, length): printed 0E 00; encoded 0C
+        00.
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "sub_message")
@@ -6348,7 +6388,8 @@ class PzmotGetKcubeMmiParams(FramedMessage):
         for a moment. In counts of 1 percent; from 0 to 100.
     :param reserved: reserved, sent as zero; 8 bytes.
 
-    Erratum ``apt37-kim-mmi-lengths``: printed nothing; encoded word.
+    Erratum ``apt37-kim-mmi-lengths`` (PZMOT_SET_KCUBEMMIPARAMS, length): printed nothing; encoded
+        word.
     """
 
     __slots__ = (
@@ -6532,7 +6573,8 @@ class PzmotGetKcubeMmiParamsShort(FramedMessage):
         for a moment. In counts of 1 percent; from 0 to 100.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-kim-mmi-lengths``: printed nothing; encoded word.
+    Erratum ``apt37-kim-mmi-lengths`` (PZMOT_SET_KCUBEMMIPARAMS, length): printed nothing; encoded
+        word.
     """
 
     __slots__ = (
@@ -6712,7 +6754,8 @@ class PzmotGetKcubeTrigIoConfig(FramedMessage):
     :param trig2_polarity: active state of port I/O 2; :class:`~.TriggerPolarity`; from 0 to 65535.
     :param reserved: reserved, sent as zero; 12 bytes.
 
-    Erratum ``apt37-kim-trigio-reply``: printed Trig1Channel1; encoded trig_channel1.
+    Erratum ``apt37-kim-trigio-reply`` (PZMOT_GET_KCUBETRIGIOCONFIG, length and names): printed
+        Trig1Channel1; encoded trig_channel1.
     """
 
     __slots__ = (
@@ -7308,7 +7351,8 @@ class PzmotGetKcubeChanEnableMode(FramedMessage):
     :param sub_message: always 0x2b.
     :param mode: :class:`~.ChannelEnableMode`; from 0 to 65535.
 
-    Erratum ``apt37-kim-reply-ids``: printed C0 08; encoded C2 08.
+    Erratum ``apt37-kim-reply-ids`` (replies with K-Cube parameters, id in the byte table): printed
+        C0 08; encoded C2 08.
     """
 
     __slots__ = ("mode", "sub_message")
@@ -7395,7 +7439,8 @@ class PzmotGetKcubeJogParams(FramedMessage):
     :param jog_step_rate: steps per second; from 1 to 2000.
     :param jog_step_accn: acceleration in steps per second, per second; from 1 to 100000.
 
-    Erratum ``apt37-kim-jog-reply``: printed nothing; encoded jog_step_size_fwd.
+    Erratum ``apt37-kim-jog-reply`` (PZMOT_GET_KCUBEJOGPARAMS, fields): printed nothing; encoded
+        jog_step_size_fwd.
     """
 
     __slots__ = (
@@ -7774,7 +7819,8 @@ class PzmotGetKcubeMoveRelativeParams(FramedMessage):
     :param rel_distance: distance in steps, positive or negative; in counts; scale to mm depends on
         the stage; from -2147483648 to 2147483647.
 
-    Erratum ``apt37-kim-reply-ids``: printed C0 08; encoded C2 08.
+    Erratum ``apt37-kim-reply-ids`` (replies with K-Cube parameters, id in the byte table): printed
+        C0 08; encoded C2 08.
     """
 
     __slots__ = ("chan_ident", "rel_distance", "sub_message")
@@ -7865,7 +7911,8 @@ class PzmotGetKcubeMoveAbsoluteParams(FramedMessage):
     :param abs_distance: position in steps; in counts; scale to mm depends on the stage; from
         -2147483648 to 2147483647.
 
-    Erratum ``apt37-kim-reply-ids``: printed C0 08; encoded C2 08.
+    Erratum ``apt37-kim-reply-ids`` (replies with K-Cube parameters, id in the byte table): printed
+        C0 08; encoded C2 08.
     """
 
     __slots__ = ("abs_distance", "chan_ident", "sub_message")
@@ -9307,8 +9354,10 @@ class PzmotMoveAbsolute(FramedMessage):
     :param abs_position: position in steps; in counts; scale to mm depends on the stage; from
         -2147483648 to 2147483647.
 
-    Erratum ``apt37-pzmot-move-absolute-id``: printed 0x04D8; encoded 0x08D4.
-    Erratum ``apt37-tim-list``: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+    Erratum ``apt37-pzmot-move-absolute-id`` (PZMOT_MOVE_ABSOLUTE, id in the list): printed 0x04D8;
+        encoded 0x08D4.
+    Erratum ``apt37-tim-list`` (list for the TIM101): printed nothing; encoded
+        PZMOT_ACK_STATUSUPDATE.
     """
 
     __slots__ = ("abs_position", "chan_ident")
@@ -9394,8 +9443,10 @@ class PzmotMoveAbsoluteHeader(FramedMessage):
 
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
 
-    Erratum ``apt37-pzmot-move-absolute-id``: printed 0x04D8; encoded 0x08D4.
-    Erratum ``apt37-tim-list``: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+    Erratum ``apt37-pzmot-move-absolute-id`` (PZMOT_MOVE_ABSOLUTE, id in the list): printed 0x04D8;
+        encoded 0x08D4.
+    Erratum ``apt37-tim-list`` (list for the TIM101): printed nothing; encoded
+        PZMOT_ACK_STATUSUPDATE.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -9535,7 +9586,8 @@ class PzmotMoveCompleted(FramedMessage):
     :param status_bits: Not used according to the document; the vendor's simulated KIM101 reports
         the status of the channel; :class:`~.InertialStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt37-tim-list``: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+    Erratum ``apt37-tim-list`` (list for the TIM101): printed nothing; encoded
+        PZMOT_ACK_STATUSUPDATE.
     """
 
     __slots__ = ("abs_position", "chan_ident", "enc_count", "status_bits")
@@ -9815,10 +9867,13 @@ class PzmotMoveJog(FramedMessage):
     :param chan_ident: :class:`~.ChannelBit`; from 0 to 255.
     :param jog_dir: :class:`~.MoveDirection`; from 0 to 255.
 
-    Erratum ``apt37-kim-jog-channels``: printed channel 3; encoded nothing.
-    Erratum ``apt37-pzmot-jog-header``: printed 6; encoded 0.
-    Erratum ``apt37-pzmot-move-jog-packet``: printed 6 bytes after a header; encoded a header alone.
-    Erratum ``apt37-tim-list``: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+    Erratum ``apt37-kim-jog-channels`` (PZMOT_MOVE_JOG, channels 3 and 4): printed channel 3;
+        encoded nothing.
+    Erratum ``apt37-pzmot-jog-header`` (PZMOT_MOVE_JOG, data packet): printed 6; encoded 0.
+    Erratum ``apt37-pzmot-move-jog-packet`` (packet of the jog): printed 6 bytes after a header;
+        encoded a header alone.
+    Erratum ``apt37-tim-list`` (list for the TIM101): printed nothing; encoded
+        PZMOT_ACK_STATUSUPDATE.
     """
 
     __slots__ = ("chan_ident", "jog_dir")
@@ -9885,8 +9940,10 @@ class PzmotReqStatusUpdate(FramedMessage):
 
     Evidence: independent driver.
 
-    Erratum ``apt37-kim-list``: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
-    Erratum ``apt37-tim-list``: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+    Erratum ``apt37-kim-list`` (list for the KIM101): printed nothing; encoded
+        PZMOT_ACK_STATUSUPDATE.
+    Erratum ``apt37-tim-list`` (list for the TIM101): printed nothing; encoded
+        PZMOT_ACK_STATUSUPDATE.
     """
 
     __slots__ = ("param1", "param2")
@@ -9973,7 +10030,8 @@ class PzmotGetStatusUpdate(FramedMessage):
     :param enc_count_4: not used; reserved, sent as zero.
     :param status_bits_4: status of channel 4; :class:`~.InertialStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt37-tim-list``: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+    Erratum ``apt37-tim-list`` (list for the TIM101): printed nothing; encoded
+        PZMOT_ACK_STATUSUPDATE.
     """
 
     __slots__ = (
@@ -10262,7 +10320,8 @@ class PzmotGetStatusUpdateShort(FramedMessage):
     :param enc_count: not used; reserved, sent as zero.
     :param status_bits: :class:`~.InertialStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt37-tim-list``: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+    Erratum ``apt37-tim-list`` (list for the TIM101): printed nothing; encoded
+        PZMOT_ACK_STATUSUPDATE.
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
@@ -10358,8 +10417,10 @@ class PzmotAckStatusUpdate(FramedMessage):
 
     ``PZMOT_ACK_STATUSUPDATE`` (0x08E2), to the controller, header only; Issue 37, page 406.
 
-    Erratum ``apt37-kim-list``: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
-    Erratum ``apt37-tim-list``: printed nothing; encoded PZMOT_ACK_STATUSUPDATE.
+    Erratum ``apt37-kim-list`` (list for the KIM101): printed nothing; encoded
+        PZMOT_ACK_STATUSUPDATE.
+    Erratum ``apt37-tim-list`` (list for the TIM101): printed nothing; encoded
+        PZMOT_ACK_STATUSUPDATE.
     """
 
     __slots__ = ("param1", "param2")

@@ -106,10 +106,11 @@ class LaSetPowerSetpoint(FramedMessage):
     :param set_point: Share of the maximum power; 32767 is 100 %; in counts, 32767/100 per percent;
         from 0 to 32767.
 
-    Erratum ``apt37-laser-set-point-of-tld001``: printed not for the TLD001; encoded also for the
-        TLD001.
-    Erratum ``apt37-laser-sub-message-list``: printed ten sub-messages, all of them for all units;
-        encoded eleven sub-messages, most of them for some units.
+    Erratum ``apt37-laser-set-point-of-tld001`` (LA_SET_POWERSETPOINT, units): printed not for the
+        TLD001; encoded also for the TLD001.
+    Erratum ``apt37-laser-sub-message-list`` (LA_SET_PARAMS, list of sub-messages): printed ten
+        sub-messages, all of them for all units; encoded eleven sub-messages, most of them for some
+        units.
     """
 
     __slots__ = ("set_point", "sub_message")
@@ -372,12 +373,16 @@ class LdSetMiscParams(FramedMessage):
     :param rampup: by default the current rises at once; page 307 calls it unused in a get;
         :class:`~.LaserRampup`; from 0 to 65535.
 
-    Erratum ``apt37-laser-misc-example-factor``: printed 0A, 00, 00, 00 for 10; encoded 00 00 20 41.
-    Erratum ``apt37-laser-misc-example-length``: printed 08, 00; encoded 0A 00.
-    Erratum ``apt37-laser-misc-length``: printed 08 00; encoded 0A 00.
-    Erratum ``apt37-laser-misc-rampup``: printed nothing; encoded immediate.
-    Erratum ``apt37-laser-units-of-sub-messages``: printed only for the TLD001; encoded also for the
-        KLD101.
+    Erratum ``apt37-laser-misc-example-factor`` (LD_SET_MISCPARAMS, calibration factor of the
+        example): printed 0A, 00, 00, 00 for 10; encoded 00 00 20 41.
+    Erratum ``apt37-laser-misc-example-length`` (LD_SET_MISCPARAMS, length of the example): printed
+        08, 00; encoded 0A 00.
+    Erratum ``apt37-laser-misc-length`` (LD_SET_MISCPARAMS and LD_GET_MISCPARAMS, length): printed
+        08 00; encoded 0A 00.
+    Erratum ``apt37-laser-misc-rampup`` (LD_SET_MISCPARAMS and LD_GET_MISCPARAMS, rise of the
+        current): printed nothing; encoded immediate.
+    Erratum ``apt37-laser-units-of-sub-messages`` (LD_CURRENTANDPOWER, LD_MAXCURRENT and
+        LD_MISCPARAMS, units): printed only for the TLD001; encoded also for the KLD101.
     """
 
     __slots__ = ("laser_polarity", "rampup", "sub_message", "wa_calib_factor")
@@ -485,10 +490,12 @@ class LaSetMmiParams(FramedMessage):
         have 30 as the minimum; in counts of 1 percent; from 20 to 100.
     :param for_future_use: reserved, sent as zero; 6 bytes.
 
-    Erratum ``apt37-laser-mmi-example``: printed 0B, 00 and a packet of 8 bytes; encoded 0E 00 and a
-        packet of 10 bytes.
-    Erratum ``apt37-laser-mmi-lengths``: printed 08 00; encoded 0A 00.
-    Erratum ``apt37-list-kld101-sub-messages``: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+    Erratum ``apt37-laser-mmi-example`` (LA_SET_MMIPARAMS, sub-message and length of the example):
+        printed 0B, 00 and a packet of 8 bytes; encoded 0E 00 and a packet of 10 bytes.
+    Erratum ``apt37-laser-mmi-lengths`` (LA_SET_MMIPARAMS and LA_GET_MMIPARAMS, lengths): printed 08
+        00; encoded 0A 00.
+    Erratum ``apt37-list-kld101-sub-messages`` (Sub-messages of the KLD101): printed nothing;
+        encoded LA_SET_KLDDIGOUTPUTS.
     """
 
     __slots__ = ("disp_intensity", "for_future_use", "sub_message")
@@ -581,9 +588,12 @@ class LaSetKldDigOutputs(FramedMessage):
         :class:`~.KldDigitalOutputs`; from 0 to 65535.
     :param reserved: no format is printed; reserved, sent as zero.
 
-    Erratum ``apt37-laser-digoutputs-example-bits``: printed 11, 00 for both outputs; encoded 03 00.
-    Erratum ``apt37-laser-digoutputs-example-id``: printed 10, 00; encoded 11 00.
-    Erratum ``apt37-list-kld101-sub-messages``: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+    Erratum ``apt37-laser-digoutputs-example-bits`` (LA_SET_KLDDIGOUTPUTS, bits of the example):
+        printed 11, 00 for both outputs; encoded 03 00.
+    Erratum ``apt37-laser-digoutputs-example-id`` (LA_SET_KLDDIGOUTPUTS, sub-message of the
+        example): printed 10, 00; encoded 11 00.
+    Erratum ``apt37-list-kld101-sub-messages`` (Sub-messages of the KLD101): printed nothing;
+        encoded LA_SET_KLDDIGOUTPUTS.
     """
 
     __slots__ = ("dig_ops", "reserved", "sub_message")
@@ -871,7 +881,8 @@ class LaReqPowerControlSource(FramedMessage):
 
     :param param1: always 0x05.
 
-    Erratum ``apt37-laser-source-example-id``: printed 01; encoded 05.
+    Erratum ``apt37-laser-source-example-id`` (LA_REQ_POWERCONTROLSOURCE, sub-message of the
+        example): printed 01; encoded 05.
     """
 
     __slots__ = ("param1", "param2")
@@ -1208,7 +1219,8 @@ class LdReqMiscParams(FramedMessage):
 
     :param param1: always 0x0d.
 
-    Erratum ``apt37-laser-requests``: printed 0B; encoded 0D.
+    Erratum ``apt37-laser-requests`` (LD_REQ_MISCPARAMS, LA_REQ_MMIPARAMS and LA_REQ_KLDDIGOUTPUTS,
+        sub-message): printed 0B; encoded 0D.
     """
 
     __slots__ = ("param1", "param2")
@@ -1277,8 +1289,10 @@ class LaReqMmiParams(FramedMessage):
 
     :param param1: always 0x0e.
 
-    Erratum ``apt37-laser-requests``: printed 0B; encoded 0D.
-    Erratum ``apt37-list-kld101-sub-messages``: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+    Erratum ``apt37-laser-requests`` (LD_REQ_MISCPARAMS, LA_REQ_MMIPARAMS and LA_REQ_KLDDIGOUTPUTS,
+        sub-message): printed 0B; encoded 0D.
+    Erratum ``apt37-list-kld101-sub-messages`` (Sub-messages of the KLD101): printed nothing;
+        encoded LA_SET_KLDDIGOUTPUTS.
     """
 
     __slots__ = ("param1", "param2")
@@ -1347,8 +1361,10 @@ class LaReqKldDigOutputs(FramedMessage):
 
     :param param1: always 0x11.
 
-    Erratum ``apt37-laser-requests``: printed 0B; encoded 0D.
-    Erratum ``apt37-list-kld101-sub-messages``: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+    Erratum ``apt37-laser-requests`` (LD_REQ_MISCPARAMS, LA_REQ_MMIPARAMS and LA_REQ_KLDDIGOUTPUTS,
+        sub-message): printed 0B; encoded 0D.
+    Erratum ``apt37-list-kld101-sub-messages`` (Sub-messages of the KLD101): printed nothing;
+        encoded LA_SET_KLDDIGOUTPUTS.
     """
 
     __slots__ = ("param1", "param2")
@@ -1503,7 +1519,8 @@ class LaGetCurrentAndPower(FramedMessage):
     :param laser_power: Share of the maximum power; 32767 is 100 %; in counts, 32767/100 per
         percent; from 0 to 32767.
 
-    Erratum ``apt37-laser-example-addresses``: printed D0, 01; encoded 81 50.
+    Erratum ``apt37-laser-example-addresses`` (LA_GET_PARAMS, addresses of the examples): printed
+        D0, 01; encoded 81 50.
     """
 
     __slots__ = ("laser_current", "laser_power", "sub_message")
@@ -1591,17 +1608,22 @@ class LdGetCurrentAndPower(FramedMessage):
     :param laser_voltage: Forward voltage of the laser diode; in counts of 1/1000 V; from -10000 to
         10000.
 
-    Erratum ``apt37-laser-diode-example-units``: printed 5 mA for a laser with a maximum of 100 mA;
-        5 % of the full power; encoded 10 mA; 5 % of the TIA range.
-    Erratum ``apt37-laser-diode-full-scale``: printed 200 mA at 32768; encoded a setting that the
-        user gives.
-    Erratum ``apt37-laser-example-addresses``: printed D0, 01; encoded 81 50.
-    Erratum ``apt37-laser-formats``: printed word; encoded short.
-    Erratum ``apt37-laser-sub-message-list``: printed ten sub-messages, all of them for all units;
-        encoded eleven sub-messages, most of them for some units.
-    Erratum ``apt37-laser-units-of-sub-messages``: printed only for the TLD001; encoded also for the
-        KLD101.
-    Erratum ``apt37-ld-current-and-power-length``: printed 06 00; encoded 08 00.
+    Erratum ``apt37-laser-diode-example-units`` (LD_GET_CURRENTANDPOWER, units in the breakdown):
+        printed 5 mA for a laser with a maximum of 100 mA; 5 % of the full power; encoded 10 mA; 5 %
+        of the TIA range.
+    Erratum ``apt37-laser-diode-full-scale`` (Full scale of the current of laser diode drivers):
+        printed 200 mA at 32768; encoded a setting that the user gives.
+    Erratum ``apt37-laser-example-addresses`` (LA_GET_PARAMS, addresses of the examples): printed
+        D0, 01; encoded 81 50.
+    Erratum ``apt37-laser-formats`` (LD_GET_CURRENTANDPOWER, LD_GET_MAXCURRENT and
+        LD_GET_STATUSUPDATE, formats of signed values): printed word; encoded short.
+    Erratum ``apt37-laser-sub-message-list`` (LA_SET_PARAMS, list of sub-messages): printed ten
+        sub-messages, all of them for all units; encoded eleven sub-messages, most of them for some
+        units.
+    Erratum ``apt37-laser-units-of-sub-messages`` (LD_CURRENTANDPOWER, LD_MAXCURRENT and
+        LD_MISCPARAMS, units): printed only for the TLD001; encoded also for the KLD101.
+    Erratum ``apt37-ld-current-and-power-length`` (LD_GET_CURRENTANDPOWER, length): printed 06 00;
+        encoded 08 00.
     """
 
     __slots__ = ("laser_current", "laser_power", "laser_voltage", "sub_message")
@@ -1784,8 +1806,10 @@ class LaGetStatusBits(FramedMessage):
     :param status_bits: The meaning depends on the unit. Page 302 has the bits of the TLS001; pages
         319 and 322 have those of the others. :class:`~.LaStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt37-kls-status-bits``: printed 0x200000; encoded nothing.
-    Erratum ``apt37-la-statusbits-general``: printed nothing; encoded digital_input_1.
+    Erratum ``apt37-kls-status-bits`` (LA_GET_STATUSUPDATE, error of the KLS101): printed 0x200000;
+        encoded nothing.
+    Erratum ``apt37-la-statusbits-general`` (LA_GET_STATUSBITS, further bits): printed nothing;
+        encoded digital_input_1.
     """
 
     __slots__ = ("status_bits", "sub_message")
@@ -1870,9 +1894,11 @@ class LaGetMaxLimits(FramedMessage):
         mW that the printed range can hold. In counts of 1/10000 mW; from 0 to 65535.
     :param wave_length: wavelength of the laser, 635 or 1550; in counts of 1 nm; from 0 to 65535.
 
-    Erratum ``apt37-laser-example-addresses``: printed D0, 01; encoded 81 50.
-    Erratum ``apt37-laser-maxlimits-example-units``: printed 200 mA for C8, 00 and 5 mW for 05, 00;
-        encoded 2 mA and 0.0005 mW by the field table.
+    Erratum ``apt37-laser-example-addresses`` (LA_GET_PARAMS, addresses of the examples): printed
+        D0, 01; encoded 81 50.
+    Erratum ``apt37-laser-maxlimits-example-units`` (LA_GET_MAXLIMITS, units in the breakdown):
+        printed 200 mA for C8, 00 and 5 mW for 05, 00; encoded 2 mA and 0.0005 mW by the field
+        table.
     """
 
     __slots__ = ("max_current", "max_power", "sub_message", "wave_length")
@@ -1968,14 +1994,16 @@ class LdGetMaxCurrent(FramedMessage):
     :param max_current: Share of the full-scale current of the driver; in counts; scale to mA
         depends on diode_full_scale; from -32768 to 32767.
 
-    Erratum ``apt37-laser-example-addresses``: printed D0, 01; encoded 81 50.
-    Erratum ``apt37-laser-formats``: printed word; encoded short.
-    Erratum ``apt37-laser-maxcurrent-example-length``: printed 8 bytes after a header that announces
-        4; encoded 4 bytes.
-    Erratum ``apt37-laser-maxcurrent-example-units``: printed 200 mA for C8, 00; encoded a share of
-        the full scale: about 1.2 mA of 200 mA.
-    Erratum ``apt37-laser-units-of-sub-messages``: printed only for the TLD001; encoded also for the
-        KLD101.
+    Erratum ``apt37-laser-example-addresses`` (LA_GET_PARAMS, addresses of the examples): printed
+        D0, 01; encoded 81 50.
+    Erratum ``apt37-laser-formats`` (LD_GET_CURRENTANDPOWER, LD_GET_MAXCURRENT and
+        LD_GET_STATUSUPDATE, formats of signed values): printed word; encoded short.
+    Erratum ``apt37-laser-maxcurrent-example-length`` (LD_GET_MAXCURRENT, length of the example):
+        printed 8 bytes after a header that announces 4; encoded 4 bytes.
+    Erratum ``apt37-laser-maxcurrent-example-units`` (LD_GET_MAXCURRENT, unit in the breakdown):
+        printed 200 mA for C8, 00; encoded a share of the full scale: about 1.2 mA of 200 mA.
+    Erratum ``apt37-laser-units-of-sub-messages`` (LD_CURRENTANDPOWER, LD_MAXCURRENT and
+        LD_MISCPARAMS, units): printed only for the TLD001; encoded also for the KLD101.
     """
 
     __slots__ = ("max_current", "sub_message")
@@ -2155,8 +2183,10 @@ class LdGetMiscParams(FramedMessage):
     :param rampup: by default the current rises at once; page 307 calls it unused in a get;
         :class:`~.LaserRampup`; from 0 to 65535.
 
-    Erratum ``apt37-laser-misc-length``: printed 08 00; encoded 0A 00.
-    Erratum ``apt37-laser-misc-rampup``: printed nothing; encoded immediate.
+    Erratum ``apt37-laser-misc-length`` (LD_SET_MISCPARAMS and LD_GET_MISCPARAMS, length): printed
+        08 00; encoded 0A 00.
+    Erratum ``apt37-laser-misc-rampup`` (LD_SET_MISCPARAMS and LD_GET_MISCPARAMS, rise of the
+        current): printed nothing; encoded immediate.
     """
 
     __slots__ = ("laser_polarity", "rampup", "sub_message", "wa_calib_factor")
@@ -2264,8 +2294,10 @@ class LaGetMmiParams(FramedMessage):
         have 30 as the minimum; in counts of 1 percent; from 20 to 100.
     :param for_future_use: reserved, sent as zero; 6 bytes.
 
-    Erratum ``apt37-laser-mmi-lengths``: printed 08 00; encoded 0A 00.
-    Erratum ``apt37-list-kld101-sub-messages``: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+    Erratum ``apt37-laser-mmi-lengths`` (LA_SET_MMIPARAMS and LA_GET_MMIPARAMS, lengths): printed 08
+        00; encoded 0A 00.
+    Erratum ``apt37-list-kld101-sub-messages`` (Sub-messages of the KLD101): printed nothing;
+        encoded LA_SET_KLDDIGOUTPUTS.
     """
 
     __slots__ = ("disp_intensity", "for_future_use", "sub_message")
@@ -2356,8 +2388,10 @@ class LaGetKldDigOutputs(FramedMessage):
         :class:`~.KldDigitalOutputs`; from 0 to 65535.
     :param reserved: no format is printed; reserved, sent as zero.
 
-    Erratum ``apt37-kld-digoutputs-reply``: printed 01 08; encoded 02 08.
-    Erratum ``apt37-list-kld101-sub-messages``: printed nothing; encoded LA_SET_KLDDIGOUTPUTS.
+    Erratum ``apt37-kld-digoutputs-reply`` (LA_GET_KLDDIGOUTPUTS, id and length): printed 01 08;
+        encoded 02 08.
+    Erratum ``apt37-list-kld101-sub-messages`` (Sub-messages of the KLD101): printed nothing;
+        encoded LA_SET_KLDDIGOUTPUTS.
     """
 
     __slots__ = ("dig_ops", "reserved", "sub_message")
@@ -2444,8 +2478,8 @@ class LaSetEepromParams(FramedMessage):
     :param msg_id: id of the message whose parameters are saved; the document names no sub-message;
         from 0 to 65535.
 
-    Erratum ``apt37-laser-eeprom-example``: printed 0821, GetStatusUpdate; encoded the id as
-        printed.
+    Erratum ``apt37-laser-eeprom-example`` (LA_SET_EEPROMPARAMS, message in the example): printed
+        0821, GetStatusUpdate; encoded the id as printed.
     """
 
     __slots__ = ("msg_id",)
@@ -2637,8 +2671,8 @@ class LdOpenLoop(FramedMessage):
 
     The set point has another meaning in each mode, so the light changes if the output is enabled.
 
-    Erratum ``apt37-laser-units-of-headers``: printed only for the TLD001; encoded also for the
-        KLD101.
+    Erratum ``apt37-laser-units-of-headers`` (LD_OPENLOOP, LD_CLOSEDLOOP, LD_POTROTATING and
+        LD_MAXCURRENTADJUST, units): printed only for the TLD001; encoded also for the KLD101.
     """
 
     __slots__ = ("param1", "param2")
@@ -2706,8 +2740,8 @@ class LdClosedLoop(FramedMessage):
     The set point has another meaning in each mode, so the light changes if the output is enabled.
     The loop raises the current up to its limit if the photodiode receives no light.
 
-    Erratum ``apt37-laser-units-of-headers``: printed only for the TLD001; encoded also for the
-        KLD101.
+    Erratum ``apt37-laser-units-of-headers`` (LD_OPENLOOP, LD_CLOSEDLOOP, LD_POTROTATING and
+        LD_MAXCURRENTADJUST, units): printed only for the TLD001; encoded also for the KLD101.
     """
 
     __slots__ = ("param1", "param2")
@@ -2777,8 +2811,8 @@ class LdPotRotating(FramedMessage):
     :param rotation_low: low byte of the angle; from 0 to 255.
     :param rotation_high: high byte of the angle, with its sign; from 0 to 255.
 
-    Erratum ``apt37-laser-units-of-headers``: printed only for the TLD001; encoded also for the
-        KLD101.
+    Erratum ``apt37-laser-units-of-headers`` (LD_OPENLOOP, LD_CLOSEDLOOP, LD_POTROTATING and
+        LD_MAXCURRENTADJUST, units): printed only for the TLD001; encoded also for the KLD101.
     """
 
     __slots__ = ("rotation_high", "rotation_low")
@@ -2847,10 +2881,12 @@ class LdMaxCurrentAdjust(FramedMessage):
     :param adjust: :class:`~.MaxCurrentAdjustment`; from 0 to 255.
     :param diode: :class:`~.DiodeDuringAdjustment`; from 0 to 255.
 
-    Erratum ``apt37-laser-header-ids``: printed 13 08; encoded 16 08.
-    Erratum ``apt37-laser-maxcurrentadjust-example-id``: printed 13, 08; encoded 16 08.
-    Erratum ``apt37-laser-units-of-headers``: printed only for the TLD001; encoded also for the
-        KLD101.
+    Erratum ``apt37-laser-header-ids`` (LD_MAXCURRENTADJUST, LD_SET_MAXCURRENTDIGPOT and
+        LD_REQ_STATUSUPDATE, ids): printed 13 08; encoded 16 08.
+    Erratum ``apt37-laser-maxcurrentadjust-example-id`` (LD_MAXCURRENTADJUST, id of the example):
+        printed 13, 08; encoded 16 08.
+    Erratum ``apt37-laser-units-of-headers`` (LD_OPENLOOP, LD_CLOSEDLOOP, LD_POTROTATING and
+        LD_MAXCURRENTADJUST, units): printed only for the TLD001; encoded also for the KLD101.
     """
 
     __slots__ = ("adjust", "diode")
@@ -2924,8 +2960,10 @@ class LdSetMaxCurrentDigPot(FramedMessage):
         vendor's program accepts 20 to 255; in counts; scale to mA depends on the unit; from 0 to
         255.
 
-    Erratum ``apt37-laser-header-ids``: printed 13 08; encoded 16 08.
-    Erratum ``apt37-laser-maxcurrentdigpot-example-id``: printed 13, 08; encoded 17 08.
+    Erratum ``apt37-laser-header-ids`` (LD_MAXCURRENTADJUST, LD_SET_MAXCURRENTDIGPOT and
+        LD_REQ_STATUSUPDATE, ids): printed 13 08; encoded 16 08.
+    Erratum ``apt37-laser-maxcurrentdigpot-example-id`` (LD_SET_MAXCURRENTDIGPOT, id of the
+        example): printed 13, 08; encoded 17 08.
     """
 
     __slots__ = ("max_current", "param2")
@@ -3329,9 +3367,10 @@ class LaGetStatusUpdate(FramedMessage):
     :param status_bits: The meaning depends on the unit; :class:`~.LaStatusBits`; from 0 to
         4294967295.
 
-    Erratum ``apt37-kls-status-bits``: printed 0x200000; encoded nothing.
-    Erratum ``apt37-laser-status-full-scale``: printed 0 to 32760; encoded 100 % at 32767; the
-        printed maximum is the limit of the range.
+    Erratum ``apt37-kls-status-bits`` (LA_GET_STATUSUPDATE, error of the KLS101): printed 0x200000;
+        encoded nothing.
+    Erratum ``apt37-laser-status-full-scale`` (LA_GET_STATUSUPDATE, full scale): printed 0 to 32760;
+        encoded 100 % at 32767; the printed maximum is the limit of the range.
     """
 
     __slots__ = ("laser_current", "laser_power", "status_bits")
@@ -3477,7 +3516,8 @@ class LdReqStatusUpdate(FramedMessage):
     ``LD_REQ_STATUSUPDATE`` (0x0825), to the controller, header only; Issue 37, page 321. Answered
     by ``LD_GET_STATUSUPDATE``.
 
-    Erratum ``apt37-laser-header-ids``: printed 13 08; encoded 16 08.
+    Erratum ``apt37-laser-header-ids`` (LD_MAXCURRENTADJUST, LD_SET_MAXCURRENTDIGPOT and
+        LD_REQ_STATUSUPDATE, ids): printed 13 08; encoded 16 08.
     """
 
     __slots__ = ("param1", "param2")
@@ -3552,10 +3592,12 @@ class LdGetStatusUpdate(FramedMessage):
     :param status_bits: The meaning depends on the unit; :class:`~.Tld001StatusBits`; from 0 to
         4294967295.
 
-    Erratum ``apt37-laser-diode-full-scale``: printed 200 mA at 32768; encoded a setting that the
-        user gives.
-    Erratum ``apt37-laser-formats``: printed word; encoded short.
-    Erratum ``apt37-ld-current-limit-bit``: printed nothing; encoded current_limit.
+    Erratum ``apt37-laser-diode-full-scale`` (Full scale of the current of laser diode drivers):
+        printed 200 mA at 32768; encoded a setting that the user gives.
+    Erratum ``apt37-laser-formats`` (LD_GET_CURRENTANDPOWER, LD_GET_MAXCURRENT and
+        LD_GET_STATUSUPDATE, formats of signed values): printed word; encoded short.
+    Erratum ``apt37-ld-current-limit-bit`` (LD_GET_STATUSUPDATE, limit of the current): printed
+        nothing; encoded current_limit.
     """
 
     __slots__ = ("laser_current", "laser_voltage", "photo_current", "reserved", "status_bits")
@@ -3748,8 +3790,10 @@ class LaSetKcubeTrigIoConfig(FramedMessage):
     :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`; from 0 to 65535.
     :param trig2_par: parameter of TRIG2, like trig1_par; from 0 to 65535; default 0.
 
-    Erratum ``apt37-la-trigger-length``: printed 0C 00; encoded 0E 00.
-    Erratum ``apt37-la-trigger-parameters``: printed Reserved; encoded trig1_par.
+    Erratum ``apt37-la-trigger-length`` (LA_SET_KCUBETRIGIOCONFIG and LA_GET_KCUBETRIGIOCONFIG,
+        lengths): printed 0C 00; encoded 0E 00.
+    Erratum ``apt37-la-trigger-parameters`` (LA_SET_KCUBETRIGIOCONFIG, parameters of the ports):
+        printed Reserved; encoded trig1_par.
     """
 
     __slots__ = (
@@ -3958,7 +4002,8 @@ class LaGetKcubeTrigIoConfig(FramedMessage):
     :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`; from 0 to 65535.
     :param trig2_par: parameter of TRIG2, like trig1_par; from 0 to 65535; default 0.
 
-    Erratum ``apt37-la-trigger-length``: printed 0C 00; encoded 0E 00.
+    Erratum ``apt37-la-trigger-length`` (LA_SET_KCUBETRIGIOCONFIG and LA_GET_KCUBETRIGIOCONFIG,
+        lengths): printed 0C 00; encoded 0E 00.
     """
 
     __slots__ = (

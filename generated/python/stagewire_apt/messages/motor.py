@@ -234,7 +234,8 @@ class HwYesFlashProgramming(FramedMessage):
 
     ``HW_YES_FLASH_PROGRAMMING`` (0x0017), to the controller, header only; Issue 37, page 62.
 
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("param1", "param2")
@@ -298,7 +299,8 @@ class HwNoFlashProgramming(FramedMessage):
 
     Tells the controller the addresses of host and controller; a client must send it when it starts.
 
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("param1", "param2")
@@ -393,7 +395,8 @@ class MotSetMotTrigIoConfig(FramedMessage):
     :param num_cycles: number of cycles of both directions; from -2147483648 to 2147483647.
     :param reserved: reserved, sent as zero; 8 bytes.
 
-    Erratum ``apt37-mottrigio-length``: printed 0C 00; encoded 2E 00.
+    Erratum ``apt37-mottrigio-length`` (MOT_SET_MOTTRIGIOCONFIG, length): printed 0C 00; encoded 2E
+        00.
     """
 
     __slots__ = (
@@ -677,7 +680,8 @@ class MotSetMotTrigIoConfigShort(FramedMessage):
     :param num_cycles: number of cycles of both directions; from -2147483648 to 2147483647.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-mottrigio-length``: printed 0C 00; encoded 2E 00.
+    Erratum ``apt37-mottrigio-length`` (MOT_SET_MOTTRIGIOCONFIG, length): printed 0C 00; encoded 2E
+        00.
     """
 
     __slots__ = (
@@ -1561,7 +1565,8 @@ class MotSetIoConfig(FramedMessage):
     :param mode: :class:`~.IoPortMode`; from 0 to 65535.
     :param out_source: signal of a digital output; :class:`~.IoOutputSource`; from 0 to 65535.
 
-    Erratum ``apt37-bbd30x-length-cells``: printed 0C 00; encoded 06 00.
+    Erratum ``apt37-bbd30x-length-cells`` (length cells of the BBD30x messages): printed 0C 00;
+        encoded 06 00.
     """
 
     __slots__ = ("io_port", "mode", "out_source")
@@ -1640,7 +1645,8 @@ class MotReqIoConfig(FramedMessage):
         to 255.
     :param io_port: connector to read; :class:`~.IoPort`; from 0 to 255.
 
-    Erratum ``apt37-ioconfig-port``: printed 03; encoded io_port.
+    Erratum ``apt37-ioconfig-port`` (MOT_REQ_IOCONFIG, second parameter): printed 03; encoded
+        io_port.
     """
 
     __slots__ = ("chan_ident", "io_port")
@@ -1789,7 +1795,8 @@ class MotSetAuxIoConfig(FramedMessage):
     :param mode: :class:`~.AuxPortMode`; from 0 to 65535.
     :param sw_source: state of the outputs in SW mode; :class:`~.AuxPortState`; from 0 to 65535.
 
-    Erratum ``apt37-bbd30x-length-cells``: printed 0C 00; encoded 06 00.
+    Erratum ``apt37-bbd30x-length-cells`` (length cells of the BBD30x messages): printed 0C 00;
+        encoded 06 00.
     """
 
     __slots__ = ("mode", "out_port", "sw_source")
@@ -2037,8 +2044,10 @@ class MotSetAnalogMonitorConfig(FramedMessage):
     :param offset: offset of a position or position error; its unit is not documented; from
         -2147483648 to 2147483647.
 
-    Erratum ``apt37-bbd30x-length-cells``: printed 0C 00; encoded 06 00.
-    Erratum ``apt37-monitor-channel``: printed nothing; encoded motchan3.
+    Erratum ``apt37-bbd30x-length-cells`` (length cells of the BBD30x messages): printed 0C 00;
+        encoded 06 00.
+    Erratum ``apt37-monitor-channel`` (MOT_SET_ANALOGMONITORCONFIG, third motor channel): printed
+        nothing; encoded motchan3.
     """
 
     __slots__ = ("monitor", "motor_channel", "offset", "scale", "sys_var")
@@ -2386,8 +2395,8 @@ class MotReqPosTrigEnState(FramedMessage):
 
     :param chan_ident: :class:`~.MotorChannel`; from 0 to 255.
 
-    Erratum ``apt37-postrigenstate-example``: printed 70, 02; encoded the bytes as printed, a
-        request of the analog monitor.
+    Erratum ``apt37-postrigenstate-example`` (MOT_REQ_POSTRIGENSTATE, example): printed 70, 02;
+        encoded the bytes as printed, a request of the analog monitor.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2457,8 +2466,8 @@ class MotGetPosTrigEnState(FramedMessage):
     :param chan_ident: :class:`~.MotorChannel`; from 0 to 255.
     :param state: :class:`~.PositionTriggerState`; from 0 to 255.
 
-    Erratum ``apt37-postrigenstate-get-size``: printed 20 bytes, with the structure of the SET;
-        encoded a header.
+    Erratum ``apt37-postrigenstate-get-size`` (MOT_GET_POSTRIGENSTATE, length): printed 20 bytes,
+        with the structure of the SET; encoded a header.
     """
 
     __slots__ = ("chan_ident", "state")
@@ -2531,7 +2540,8 @@ class MotSetEncCounter(FramedMessage):
     :param encoder_count: in counts; scale to mm depends on the stage; from -2147483648 to
         2147483647.
 
-    Erratum ``apt-counter-examples-200000``: printed 04 0D 03 00; encoded 40 0D 03 00.
+    Erratum ``apt-counter-examples-200000`` (MOT_SET_POSCOUNTER and MOT_SET_ENCCOUNTER, worked
+        examples): printed 04 0D 03 00; encoded 40 0D 03 00.
     """
 
     __slots__ = ("chan_ident", "encoder_count")
@@ -2611,7 +2621,8 @@ class MotReqEncCounter(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-req-enccounter-id``: printed 11 04; encoded 0A 04.
+    Erratum ``apt-req-enccounter-id`` (MOT_REQ_ENCCOUNTER, id in the byte table): printed 11 04;
+        encoded 0A 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2767,7 +2778,8 @@ class MotSetPosCounter(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param position: in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
 
-    Erratum ``apt-counter-examples-200000``: printed 04 0D 03 00; encoded 40 0D 03 00.
+    Erratum ``apt-counter-examples-200000`` (MOT_SET_POSCOUNTER and MOT_SET_ENCCOUNTER, worked
+        examples): printed 04 0D 03 00; encoded 40 0D 03 00.
     """
 
     __slots__ = ("chan_ident", "position")
@@ -2990,16 +3002,19 @@ class MotSetVelParams(FramedMessage):
     :param max_velocity: Final velocity; in counts; scale to mm/s depends on the stage; from 0 to
         4294967295.
 
-    Erratum ``apt-summary-velparams-id``: printed 0x0414; encoded 0x0413.
-    Erratum ``apt-unsigned-long``: printed format long, described as unsigned long; encoded four
-        bytes, unsigned.
-    Erratum ``apt-velocity-units``: printed encoder counts/sec and counts/sec/sec; encoded counts
-        per servo cycle × 65536, as section 7.1.
-    Erratum ``apt-velparams-example-acceleration``: printed B0 35 00 00 for an acceleration of 10
-        mm/s²; encoded 89 00 00 00.
-    Erratum ``apt-velparams-example-max-velocity``: printed CD CC CC 00 in the byte lines, 9E C0 CA
-        00 in the breakdowns, for 99 mm/s; encoded 83 C0 CA 00.
-    Erratum ``apt37-signs-of-longs``: printed long; encoded dword.
+    Erratum ``apt-summary-velparams-id`` (Overview, id of MOT_SET_VELPARAMS): printed 0x0414;
+        encoded 0x0413.
+    Erratum ``apt-unsigned-long`` (Velocity, acceleration and soft limit fields): printed format
+        long, described as unsigned long; encoded four bytes, unsigned.
+    Erratum ``apt-velocity-units`` (Units of velocities and accelerations): printed encoder
+        counts/sec and counts/sec/sec; encoded counts per servo cycle × 65536, as section 7.1.
+    Erratum ``apt-velparams-example-acceleration`` (MOT_SET_VELPARAMS and MOT_SET_JOGPARAMS, worked
+        examples): printed B0 35 00 00 for an acceleration of 10 mm/s²; encoded 89 00 00 00.
+    Erratum ``apt-velparams-example-max-velocity`` (MOT_SET_VELPARAMS and MOT_SET_JOGPARAMS, worked
+        examples): printed CD CC CC 00 in the byte lines, 9E C0 CA 00 in the breakdowns, for 99
+        mm/s; encoded 83 C0 CA 00.
+    Erratum ``apt37-signs-of-longs`` (unsigned values with the format long): printed long; encoded
+        dword.
     """
 
     __slots__ = ("acceleration", "chan_ident", "max_velocity", "min_velocity")
@@ -3286,12 +3301,13 @@ class MotSetJogParams(FramedMessage):
         -2147483648 to 2147483647.
     :param jog_stop_mode: :class:`~.StopMode`; from 0 to 65535.
 
-    Erratum ``apt-velocity-units``: printed encoder counts/sec and counts/sec/sec; encoded counts
-        per servo cycle × 65536, as section 7.1.
-    Erratum ``apt-velparams-example-acceleration``: printed B0 35 00 00 for an acceleration of 10
-        mm/s²; encoded 89 00 00 00.
-    Erratum ``apt-velparams-example-max-velocity``: printed CD CC CC 00 in the byte lines, 9E C0 CA
-        00 in the breakdowns, for 99 mm/s; encoded 83 C0 CA 00.
+    Erratum ``apt-velocity-units`` (Units of velocities and accelerations): printed encoder
+        counts/sec and counts/sec/sec; encoded counts per servo cycle × 65536, as section 7.1.
+    Erratum ``apt-velparams-example-acceleration`` (MOT_SET_VELPARAMS and MOT_SET_JOGPARAMS, worked
+        examples): printed B0 35 00 00 for an acceleration of 10 mm/s²; encoded 89 00 00 00.
+    Erratum ``apt-velparams-example-max-velocity`` (MOT_SET_VELPARAMS and MOT_SET_JOGPARAMS, worked
+        examples): printed CD CC CC 00 in the byte lines, 9E C0 CA 00 in the breakdowns, for 99
+        mm/s; encoded 83 C0 CA 00.
     """
 
     __slots__ = (
@@ -3709,15 +3725,18 @@ class MotSetLimSwitchParams(FramedMessage):
     :param software_limit_mode: may include the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`;
         from 0 to 65535.
 
-    Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
-        has the messages.
-    Erratum ``apt-limswitch-soft-limit-factor``: printed 1 mm is equivalent to 134218; E8 CC CC 00
-        for 100 mm; encoded 20,000 per mm; 80 84 1E 00.
-    Erratum ``apt-limswitch-upper-bit``: printed the upper bit of a word, 0x80; encoded 0x80.
-    Erratum ``apt-unsigned-long``: printed format long, described as unsigned long; encoded four
-        bytes, unsigned.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
-    Erratum ``apt37-signs-of-longs``: printed long; encoded dword.
+    Erratum ``apt-limswitch-bbd10x`` (MOT_SET_LIMSWITCHPARAMS, applicability): printed not
+        applicable to BBD10x units; encoded no BBD unit has the messages.
+    Erratum ``apt-limswitch-soft-limit-factor`` (MOT_SET_LIMSWITCHPARAMS, soft limits): printed 1 mm
+        is equivalent to 134218; E8 CC CC 00 for 100 mm; encoded 20,000 per mm; 80 84 1E 00.
+    Erratum ``apt-limswitch-upper-bit`` (MOT_SET_LIMSWITCHPARAMS, swapped limit switches): printed
+        the upper bit of a word, 0x80; encoded 0x80.
+    Erratum ``apt-unsigned-long`` (Velocity, acceleration and soft limit fields): printed format
+        long, described as unsigned long; encoded four bytes, unsigned.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-signs-of-longs`` (unsigned values with the format long): printed long; encoded
+        dword.
     """
 
     __slots__ = (
@@ -3852,9 +3871,10 @@ class MotReqLimSwitchParams(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
-        has the messages.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt-limswitch-bbd10x`` (MOT_SET_LIMSWITCHPARAMS, applicability): printed not
+        applicable to BBD10x units; encoded no BBD unit has the messages.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -3935,11 +3955,12 @@ class MotGetLimSwitchParams(FramedMessage):
     :param software_limit_mode: may include the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`;
         from 0 to 65535.
 
-    Erratum ``apt-get-limswitchparams-size``: printed Response structure (20 bytes); encoded 22
-        bytes.
-    Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
-        has the messages.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt-get-limswitchparams-size`` (MOT_GET_LIMSWITCHPARAMS, size of the structure):
+        printed Response structure (20 bytes); encoded 22 bytes.
+    Erratum ``apt-limswitch-bbd10x`` (MOT_SET_LIMSWITCHPARAMS, applicability): printed not
+        applicable to BBD10x units; encoded no BBD unit has the messages.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = (
@@ -4081,9 +4102,10 @@ class MotSetPowerParams(FramedMessage):
     :param move_factor: Power during moves, typically 100 %. The BSC20x, MST602 and TST101 ignore
         it. In counts of 1 percent; from 1 to 100.
 
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
-    Erratum ``apt37-powerparams-example-unit``: printed channel 2 (address 22) of a TST001; encoded
-        the bytes as printed.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-powerparams-example-unit`` (MOT_SET_POWERPARAMS, unit of the example): printed
+        channel 2 (address 22) of a TST001; encoded the bytes as printed.
     """
 
     __slots__ = ("chan_ident", "move_factor", "rest_factor")
@@ -4160,7 +4182,8 @@ class MotReqPowerParams(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4232,7 +4255,8 @@ class MotGetPowerParams(FramedMessage):
     :param move_factor: Power during moves, typically 100 %. The BSC20x, MST602 and TST101 ignore
         it. In counts of 1 percent; from 1 to 100.
 
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "move_factor", "rest_factor")
@@ -4311,7 +4335,8 @@ class MotReqStatusBits(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4384,8 +4409,10 @@ class MotGetStatusBits(FramedMessage):
         steppers, rely only on the bits that MOT_GET_STATUSUPDATE has under the same names: page 77
         gives bit 12 another meaning. :class:`~.DcStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt37-list-get-statusbits``: printed nothing; encoded MOT_GET_STATUSBITS.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-get-statusbits`` (MOT_GET_STATUSBITS in the list of the brushless DC
+        controllers): printed nothing; encoded MOT_GET_STATUSBITS.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "status_bits")
@@ -4529,11 +4556,12 @@ class MotGetAdcInputs(FramedMessage):
     :param adc_input1: voltage at the input, 0 to 5 V; in counts, 32768/5 per V; from 0 to 32768.
     :param adc_input2: not used; reserved, sent as zero.
 
-    Erratum ``apt37-adcinputs-breakdown-header``: printed 2B, 04; encoded 2C 04.
-    Erratum ``apt37-adcinputs-example-addresses``: printed a reply sent to bay 2 by the host;
-        encoded the bytes as printed.
-    Erratum ``apt37-adcinputs-example-value``: printed 00, 80 in the breakdown, 01 00 in the byte
-        line; encoded the bytes of the line.
+    Erratum ``apt37-adcinputs-breakdown-header`` (MOT_GET_ADCINPUTS, header in the breakdown):
+        printed 2B, 04; encoded 2C 04.
+    Erratum ``apt37-adcinputs-example-addresses`` (MOT_GET_ADCINPUTS, addresses of the example):
+        printed a reply sent to bay 2 by the host; encoded the bytes as printed.
+    Erratum ``apt37-adcinputs-example-value`` (MOT_GET_ADCINPUTS, value in the example): printed 00,
+        80 in the breakdown, 01 00 in the byte line; encoded the bytes of the line.
     """
 
     __slots__ = ("adc_input1", "adc_input2")
@@ -4852,9 +4880,10 @@ class MotSetHomeParams(FramedMessage):
     :param offset_distance: distance of the home position from the limit switch; not used for the
         MLS203; in counts; scale to mm depends on the stage; from -2147483648 to 2147483647.
 
-    Erratum ``apt37-homeparams-zero``: printed 0 for both; encoded 0, which the lists of values do
-        not have.
-    Erratum ``apt37-signs-of-longs``: printed long; encoded dword.
+    Erratum ``apt37-homeparams-zero`` (MOT_SET_HOMEPARAMS, direction and limit switch of the
+        example): printed 0 for both; encoded 0, which the lists of values do not have.
+    Erratum ``apt37-signs-of-longs`` (unsigned values with the format long): printed long; encoded
+        dword.
     """
 
     __slots__ = ("chan_ident", "home_direction", "home_velocity", "limit_switch", "offset_distance")
@@ -6147,13 +6176,15 @@ class MotMoveCompletedHeader(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-move-completed-length``: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E
-        00.
-    Erratum ``apt-move-completed-scope``: printed after relative or absolute moves; encoded after
-        relative, absolute, jog and velocity moves.
-    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
-        0x80; encoded bytes 0 to 19, destination with 0x80.
-    Erratum ``apt37-end-of-move-tables``: printed 5; encoded 19.
+    Erratum ``apt-move-completed-length`` (MOT_MOVE_COMPLETED, length bytes in the byte table):
+        printed Chan Ident and 0x in bytes 2 and 3; encoded 0E 00.
+    Erratum ``apt-move-completed-scope`` (MOT_MOVE_COMPLETED, moves that it completes): printed
+        after relative or absolute moves; encoded after relative, absolute, jog and velocity moves.
+    Erratum ``apt-move-status-header-only`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the
+        byte tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0
+        to 19, destination with 0x80.
+    Erratum ``apt37-end-of-move-tables`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables):
+        printed 5; encoded 19.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -6235,13 +6266,15 @@ class MotMoveCompletedDc(FramedMessage):
     :param status_bits: Page 129 lists the bits of each controller; :class:`~.DcStatusBits`; from 0
         to 4294967295.
 
-    Erratum ``apt-move-completed-length``: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E
-        00.
-    Erratum ``apt-move-completed-scope``: printed after relative or absolute moves; encoded after
-        relative, absolute, jog and velocity moves.
-    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
-        0x80; encoded bytes 0 to 19, destination with 0x80.
-    Erratum ``apt37-end-of-move-tables``: printed 5; encoded 19.
+    Erratum ``apt-move-completed-length`` (MOT_MOVE_COMPLETED, length bytes in the byte table):
+        printed Chan Ident and 0x in bytes 2 and 3; encoded 0E 00.
+    Erratum ``apt-move-completed-scope`` (MOT_MOVE_COMPLETED, moves that it completes): printed
+        after relative or absolute moves; encoded after relative, absolute, jog and velocity moves.
+    Erratum ``apt-move-status-header-only`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the
+        byte tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0
+        to 19, destination with 0x80.
+    Erratum ``apt37-end-of-move-tables`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables):
+        printed 5; encoded 19.
     """
 
     __slots__ = ("chan_ident", "motor_current", "position", "status_bits", "velocity")
@@ -6368,13 +6401,15 @@ class MotMoveCompletedStepper(FramedMessage):
         on the stage; from -2147483648 to 2147483647.
     :param status_bits: :class:`~.StepperStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt-move-completed-length``: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E
-        00.
-    Erratum ``apt-move-completed-scope``: printed after relative or absolute moves; encoded after
-        relative, absolute, jog and velocity moves.
-    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
-        0x80; encoded bytes 0 to 19, destination with 0x80.
-    Erratum ``apt37-end-of-move-tables``: printed 5; encoded 19.
+    Erratum ``apt-move-completed-length`` (MOT_MOVE_COMPLETED, length bytes in the byte table):
+        printed Chan Ident and 0x in bytes 2 and 3; encoded 0E 00.
+    Erratum ``apt-move-completed-scope`` (MOT_MOVE_COMPLETED, moves that it completes): printed
+        after relative or absolute moves; encoded after relative, absolute, jog and velocity moves.
+    Erratum ``apt-move-status-header-only`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the
+        byte tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0
+        to 19, destination with 0x80.
+    Erratum ``apt37-end-of-move-tables`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables):
+        printed 5; encoded 19.
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
@@ -6506,11 +6541,12 @@ class MotMoveStop(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param stop_mode: :class:`~.StopMode`; from 0 to 255.
 
-    Erratum ``apt-header-parameters-as-word``: printed word; encoded one byte of the header each.
-    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
-        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
-        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
-        printed.
+    Erratum ``apt-header-parameters-as-word`` (MOT_MOVE_JOG, MOT_MOVE_VELOCITY and MOT_MOVE_STOP,
+        formats of the parameters): printed word; encoded one byte of the header each.
+    Erratum ``apt-lists-against-chapters`` (Lists of messages against the chapters): printed TPZ001
+        without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+        TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without
+        MOT_MOVE_STOPPED; encoded the lists as printed.
     """
 
     __slots__ = ("chan_ident", "stop_mode")
@@ -6582,14 +6618,16 @@ class MotMoveStoppedHeader(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
-        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
-        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
-        printed.
-    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
-        0x80; encoded bytes 0 to 19, destination with 0x80.
-    Erratum ``apt37-end-of-move-tables``: printed 5; encoded 19.
-    Erratum ``apt37-tim-kim-list``: printed 122; encoded 123.
+    Erratum ``apt-lists-against-chapters`` (Lists of messages against the chapters): printed TPZ001
+        without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+        TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without
+        MOT_MOVE_STOPPED; encoded the lists as printed.
+    Erratum ``apt-move-status-header-only`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the
+        byte tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0
+        to 19, destination with 0x80.
+    Erratum ``apt37-end-of-move-tables`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables):
+        printed 5; encoded 19.
+    Erratum ``apt37-tim-kim-list`` (list for TIM101 and KIM101): printed 122; encoded 123.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -6671,14 +6709,16 @@ class MotMoveStoppedDc(FramedMessage):
     :param status_bits: Page 129 lists the bits of each controller; :class:`~.DcStatusBits`; from 0
         to 4294967295.
 
-    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
-        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
-        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
-        printed.
-    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
-        0x80; encoded bytes 0 to 19, destination with 0x80.
-    Erratum ``apt37-end-of-move-tables``: printed 5; encoded 19.
-    Erratum ``apt37-tim-kim-list``: printed 122; encoded 123.
+    Erratum ``apt-lists-against-chapters`` (Lists of messages against the chapters): printed TPZ001
+        without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+        TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without
+        MOT_MOVE_STOPPED; encoded the lists as printed.
+    Erratum ``apt-move-status-header-only`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the
+        byte tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0
+        to 19, destination with 0x80.
+    Erratum ``apt37-end-of-move-tables`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables):
+        printed 5; encoded 19.
+    Erratum ``apt37-tim-kim-list`` (list for TIM101 and KIM101): printed 122; encoded 123.
     """
 
     __slots__ = ("chan_ident", "motor_current", "position", "status_bits", "velocity")
@@ -6803,14 +6843,16 @@ class MotMoveStoppedStepper(FramedMessage):
         on the stage; from -2147483648 to 2147483647.
     :param status_bits: :class:`~.StepperStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
-        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
-        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
-        printed.
-    Erratum ``apt-move-status-header-only``: printed header only, bytes 0 to 5, destination without
-        0x80; encoded bytes 0 to 19, destination with 0x80.
-    Erratum ``apt37-end-of-move-tables``: printed 5; encoded 19.
-    Erratum ``apt37-tim-kim-list``: printed 122; encoded 123.
+    Erratum ``apt-lists-against-chapters`` (Lists of messages against the chapters): printed TPZ001
+        without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+        TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without
+        MOT_MOVE_STOPPED; encoded the lists as printed.
+    Erratum ``apt-move-status-header-only`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, extent of the
+        byte tables): printed header only, bytes 0 to 5, destination without 0x80; encoded bytes 0
+        to 19, destination with 0x80.
+    Erratum ``apt37-end-of-move-tables`` (MOT_MOVE_COMPLETED and MOT_MOVE_STOPPED, byte tables):
+        printed 5; encoded 19.
+    Erratum ``apt37-tim-kim-list`` (list for TIM101 and KIM101): printed 122; encoded 123.
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
@@ -6950,12 +6992,13 @@ class MotMoveJog(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param direction: :class:`~.MoveDirection`; from 0 to 255.
 
-    Erratum ``apt-clockwise-without-sign``: printed 1 is forward and 2 reverse; page 77 calls
-        forward clockwise, and no page says in which direction positions rise; encoded 1 is FORWARD
-        and 2 REVERSE, without a sign.
-    Erratum ``apt-header-parameters-as-word``: printed word; encoded one byte of the header each.
-    Erratum ``apt-move-completed-scope``: printed after relative or absolute moves; encoded after
-        relative, absolute, jog and velocity moves.
+    Erratum ``apt-clockwise-without-sign`` (MOT_MOVE_JOG and MOT_MOVE_VELOCITY, sign of the
+        direction): printed 1 is forward and 2 reverse; page 77 calls forward clockwise, and no page
+        says in which direction positions rise; encoded 1 is FORWARD and 2 REVERSE, without a sign.
+    Erratum ``apt-header-parameters-as-word`` (MOT_MOVE_JOG, MOT_MOVE_VELOCITY and MOT_MOVE_STOP,
+        formats of the parameters): printed word; encoded one byte of the header each.
+    Erratum ``apt-move-completed-scope`` (MOT_MOVE_COMPLETED, moves that it completes): printed
+        after relative or absolute moves; encoded after relative, absolute, jog and velocity moves.
     """
 
     __slots__ = ("chan_ident", "direction")
@@ -7023,7 +7066,8 @@ class MotSuspendEndOfMoveMsgs(FramedMessage):
 
     Also described in Issue 37, page 132.
 
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("param1", "param2")
@@ -7091,10 +7135,12 @@ class MotResumeEndOfMoveMsgs(FramedMessage):
 
     Also described in Issue 37, page 133.
 
-    Erratum ``apt-resume-disables``: printed The command also disables the error messages; encoded
-        resumes the error messages.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
-    Erratum ``apt37-resume-disables``: printed disables them; encoded enables them.
+    Erratum ``apt-resume-disables`` (MOT_RESUME_ENDOFMOVEMSGS): printed The command also disables
+        the error messages; encoded resumes the error messages.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-resume-disables`` (MOT_RESUME_ENDOFMOVEMSGS, error messages): printed disables
+        them; encoded enables them.
     """
 
     __slots__ = ("param1", "param2")
@@ -7163,9 +7209,12 @@ class MotReqStatusUpdate(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-req-statusupdate-table-id``: printed 90 04; encoded 80 04.
-    Erratum ``apt37-list-stepper-status``: printed nothing; encoded MOT_GET_STATUSUPDATE.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt-req-statusupdate-table-id`` (MOT_REQ_STATUSUPDATE, byte table): printed 90 04;
+        encoded 80 04.
+    Erratum ``apt37-list-stepper-status`` (Status messages in the lists of TST001, TST101, KST101,
+        K10CR1 and KST201): printed nothing; encoded MOT_GET_STATUSUPDATE.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -7241,15 +7290,18 @@ class MotGetStatusUpdate(FramedMessage):
         on the stage; from -2147483648 to 2147483647.
     :param status_bits: :class:`~.StepperStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt37-list-stepper-status``: printed nothing; encoded MOT_GET_STATUSUPDATE.
-    Erratum ``apt37-status-bit-interlock``: printed interlock on page 124, tracking on page 126;
-        encoded interlock for stepper controllers, tracking for DC servo controllers.
-    Erratum ``apt37-status-lengths``: printed Chan Ident 1; encoded chan_ident.
-    Erratum ``apt37-status-position-scale``: printed 25,600 or 409600 counts per mm, without the
-        controllers; encoded by stage and controller.
-    Erratum ``apt37-statusupdate-example-short``: printed 21 bytes after a header for 28; encoded a
-        frame of 34 bytes.
-    Erratum ``apt37-tim-kim-list``: printed 122; encoded 123.
+    Erratum ``apt37-list-stepper-status`` (Status messages in the lists of TST001, TST101, KST101,
+        K10CR1 and KST201): printed nothing; encoded MOT_GET_STATUSUPDATE.
+    Erratum ``apt37-status-bit-interlock`` (status bit 0x00001000): printed interlock on page 124,
+        tracking on page 126; encoded interlock for stepper controllers, tracking for DC servo
+        controllers.
+    Erratum ``apt37-status-lengths`` (MOT_GET_STATUSUPDATE, length): printed Chan Ident 1; encoded
+        chan_ident.
+    Erratum ``apt37-status-position-scale`` (MOT_GET_STATUSUPDATE, scale of the position): printed
+        25,600 or 409600 counts per mm, without the controllers; encoded by stage and controller.
+    Erratum ``apt37-statusupdate-example-short`` (MOT_GET_STATUSUPDATE, length of the example):
+        printed 21 bytes after a header for 28; encoded a frame of 34 bytes.
+    Erratum ``apt37-tim-kim-list`` (list for TIM101 and KIM101): printed 122; encoded 123.
     """
 
     __slots__ = ("chan_ident", "enc_count", "position", "status_bits")
@@ -7350,15 +7402,18 @@ class MotGetStatusUpdateLong(FramedMessage):
     :param future_use_2: to be ignored; reserved, sent as zero.
     :param future_use_3: to be ignored; reserved, sent as zero.
 
-    Erratum ``apt37-list-stepper-status``: printed nothing; encoded MOT_GET_STATUSUPDATE.
-    Erratum ``apt37-status-bit-interlock``: printed interlock on page 124, tracking on page 126;
-        encoded interlock for stepper controllers, tracking for DC servo controllers.
-    Erratum ``apt37-status-lengths``: printed Chan Ident 1; encoded chan_ident.
-    Erratum ``apt37-status-position-scale``: printed 25,600 or 409600 counts per mm, without the
-        controllers; encoded by stage and controller.
-    Erratum ``apt37-statusupdate-example-short``: printed 21 bytes after a header for 28; encoded a
-        frame of 34 bytes.
-    Erratum ``apt37-tim-kim-list``: printed 122; encoded 123.
+    Erratum ``apt37-list-stepper-status`` (Status messages in the lists of TST001, TST101, KST101,
+        K10CR1 and KST201): printed nothing; encoded MOT_GET_STATUSUPDATE.
+    Erratum ``apt37-status-bit-interlock`` (status bit 0x00001000): printed interlock on page 124,
+        tracking on page 126; encoded interlock for stepper controllers, tracking for DC servo
+        controllers.
+    Erratum ``apt37-status-lengths`` (MOT_GET_STATUSUPDATE, length): printed Chan Ident 1; encoded
+        chan_ident.
+    Erratum ``apt37-status-position-scale`` (MOT_GET_STATUSUPDATE, scale of the position): printed
+        25,600 or 409600 counts per mm, without the controllers; encoded by stage and controller.
+    Erratum ``apt37-statusupdate-example-short`` (MOT_GET_STATUSUPDATE, length of the example):
+        printed 21 bytes after a header for 28; encoded a frame of 34 bytes.
+    Erratum ``apt37-tim-kim-list`` (list for TIM101 and KIM101): printed 122; encoded 123.
     """
 
     __slots__ = (
@@ -7590,20 +7645,25 @@ class MotGetDcStatusUpdate(FramedMessage):
     :param status_bits: Page 129 lists the bits of each controller; :class:`~.DcStatusBits`; from 0
         to 4294967295.
 
-    Erratum ``apt-dcstatus-velocity-word``: printed word; encoded short.
-    Erratum ``apt-list-tdc001-dcstatus``: printed MOT_REQ_DCSTATUSUPDATE and MOT_ACK_DCSTATUSUPDATE;
-        encoded also MOT_GET_DCSTATUSUPDATE.
-    Erratum ``apt-status-bit-counting``: printed bits 13, 14, 15 and 25; encoded masks 0x00001000,
-        0x00002000, 0x00004000 and 0x01000000.
-    Erratum ``apt-status-velocity-factor``: printed 204.8 per mm/s; encoded 2.048 per mm/s.
-    Erratum ``apt37-signs-of-words``: printed word; encoded short.
-    Erratum ``apt37-status-bit-interlock``: printed interlock on page 124, tracking on page 126;
-        encoded interlock for stepper controllers, tracking for DC servo controllers.
-    Erratum ``apt37-status-bits-of-old-units``: printed nothing; encoded p_mot_sb_overload.
-    Erratum ``apt37-status-velocity-factor``: printed 204.8 for 100 mm/s read as 205; encoded 2.048
-        counts per mm/s.
-    Erratum ``apt37-ustatus-signed-words``: printed word with a range from -32768 to 32767; encoded
+    Erratum ``apt-dcstatus-velocity-word`` (MOT_GET_DCSTATUSUPDATE, velocity): printed word; encoded
         short.
+    Erratum ``apt-list-tdc001-dcstatus`` (List of the TDC001, MOT_GET_DCSTATUSUPDATE): printed
+        MOT_REQ_DCSTATUSUPDATE and MOT_ACK_DCSTATUSUPDATE; encoded also MOT_GET_DCSTATUSUPDATE.
+    Erratum ``apt-status-bit-counting`` (Status bits that the text names by number): printed bits
+        13, 14, 15 and 25; encoded masks 0x00001000, 0x00002000, 0x00004000 and 0x01000000.
+    Erratum ``apt-status-velocity-factor`` (MOT_GET_DCSTATUSUPDATE, velocity): printed 204.8 per
+        mm/s; encoded 2.048 per mm/s.
+    Erratum ``apt37-signs-of-words`` (signed values with the format word): printed word; encoded
+        short.
+    Erratum ``apt37-status-bit-interlock`` (status bit 0x00001000): printed interlock on page 124,
+        tracking on page 126; encoded interlock for stepper controllers, tracking for DC servo
+        controllers.
+    Erratum ``apt37-status-bits-of-old-units`` (status bits that the table does not list for the
+        TDC001 and the BBD20x): printed nothing; encoded p_mot_sb_overload.
+    Erratum ``apt37-status-velocity-factor`` (factor of the velocity in the status): printed 204.8
+        for 100 mm/s read as 205; encoded 2.048 counts per mm/s.
+    Erratum ``apt37-ustatus-signed-words`` (formats of velocity and motor current): printed word
+        with a range from -32768 to 32767; encoded short.
     """
 
     __slots__ = ("chan_ident", "motor_current", "position", "status_bits", "velocity")
@@ -7721,12 +7781,16 @@ class MotAckDcStatusUpdate(FramedMessage):
 
     Also described in Issue 37, page 130.
 
-    Erratum ``apt-ack-dcstatusupdate-table-id``: printed 62 06; encoded 92 04.
-    Erratum ``apt-ack-fifty``: printed stops responding after ~50 commands; encoded stops sending
-        status messages after 50 of them.
-    Erratum ``apt37-ack-fifty``: printed about 50, and 50; encoded 50.
-    Erratum ``apt37-list-server-alive``: printed nothing; encoded MOT_ACK_DCSTATUSUPDATE.
-    Erratum ``apt37-mpc-list``: printed nothing; encoded MOT_ACK_DCSTATUSUPDATE.
+    Erratum ``apt-ack-dcstatusupdate-table-id`` (MOT_ACK_DCSTATUSUPDATE, byte table): printed 62 06;
+        encoded 92 04.
+    Erratum ``apt-ack-fifty`` (MOT_ACK_DCSTATUSUPDATE and PZ_ACK_PZSTATUSUPDATE): printed stops
+        responding after ~50 commands; encoded stops sending status messages after 50 of them.
+    Erratum ``apt37-ack-fifty`` (number of messages without a keep-alive): printed about 50, and 50;
+        encoded 50.
+    Erratum ``apt37-list-server-alive`` (Server-alive message in the lists of steppers): printed
+        nothing; encoded MOT_ACK_DCSTATUSUPDATE.
+    Erratum ``apt37-mpc-list`` (list for MPC220 and MPC320): printed nothing; encoded
+        MOT_ACK_DCSTATUSUPDATE.
     """
 
     __slots__ = ("param1", "param2")
@@ -7807,9 +7871,9 @@ class MotSetDcPidParams(FramedMessage):
         applied. The document does not say which bit belongs to which parameter. From 0 to 65535;
         default 15.
 
-    Erratum ``apt-dcpidparams-example-short``: printed 41 00 AF 00 58 02: gains of two bytes, 14
-        bytes of packet; encoded 41 00 00 00 AF 00 00 00 58 02 00 00: gains of four bytes, 20 bytes
-        of packet.
+    Erratum ``apt-dcpidparams-example-short`` (MOT_SET_DCPIDPARAMS, worked example): printed 41 00
+        AF 00 58 02: gains of two bytes, 14 bytes of packet; encoded 41 00 00 00 AF 00 00 00 58 02
+        00 00: gains of four bytes, 20 bytes of packet.
     """
 
     __slots__ = (
@@ -7932,7 +7996,8 @@ class MotReqDcPidParams(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-dcpidparams-table-ids``: printed A0 04 in both; encoded A1 04 and A2 04.
+    Erratum ``apt-dcpidparams-table-ids`` (MOT_REQ_DCPIDPARAMS and MOT_GET_DCPIDPARAMS, byte
+        tables): printed A0 04 in both; encoded A1 04 and A2 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -8011,7 +8076,8 @@ class MotGetDcPidParams(FramedMessage):
         applied. The document does not say which bit belongs to which parameter. From 0 to 65535;
         default 15.
 
-    Erratum ``apt-dcpidparams-table-ids``: printed A0 04 in both; encoded A1 04 and A2 04.
+    Erratum ``apt-dcpidparams-table-ids`` (MOT_REQ_DCPIDPARAMS and MOT_GET_DCPIDPARAMS, byte
+        tables): printed A0 04 in both; encoded A1 04 and A2 04.
     """
 
     __slots__ = (
@@ -8149,13 +8215,16 @@ class MotSetPotParams(FramedMessage):
     :param vel4: speed beyond wnd3; in counts; scale to mm/s depends on the stage; from -2147483648
         to 2147483647.
 
-    Erratum ``apt-potparams-deflection-rows``: printed Wnd1 is the deflection to apply Vel1, Wnd2
-        Vel2 and Wnd3 Vel3; encoded at Wnd1 Vel2 takes over from Vel1, at Wnd2 Vel3, at Wnd3 Vel4.
-    Erratum ``apt-potparams-example-bytes``: printed a packet of 22 bytes, that of the jog example
-        on page 33; encoded a packet of 26 bytes with the values of the breakdown.
-    Erratum ``apt-potparams-velocities-multiplied``: printed 6860 for 0.2 mm/s, 10290 for 0.3 mm/s;
-        encoded 6861 and 10291.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt-potparams-deflection-rows`` (MOT_SET_POTPARAMS, effect of a deflection): printed
+        Wnd1 is the deflection to apply Vel1, Wnd2 Vel2 and Wnd3 Vel3; encoded at Wnd1 Vel2 takes
+        over from Vel1, at Wnd2 Vel3, at Wnd3 Vel4.
+    Erratum ``apt-potparams-example-bytes`` (MOT_SET_POTPARAMS, worked example): printed a packet of
+        22 bytes, that of the jog example on page 33; encoded a packet of 26 bytes with the values
+        of the breakdown.
+    Erratum ``apt-potparams-velocities-multiplied`` (MOT_SET_POTPARAMS, worked example): printed
+        6860 for 0.2 mm/s, 10290 for 0.3 mm/s; encoded 6861 and 10291.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "vel1", "vel2", "vel3", "vel4", "wnd1", "wnd2", "wnd3", "zero_wnd")
@@ -8285,9 +8354,12 @@ class MotReqPotParams(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-req-potparams-table-id``: printed 17 04; encoded B1 04.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
-    Erratum ``apt37-requests-of-other-sets``: printed 11 04; encoded B4 04.
+    Erratum ``apt-req-potparams-table-id`` (MOT_REQ_POTPARAMS, byte table): printed 17 04; encoded
+        B1 04.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-requests-of-other-sets`` (ids of requests in byte tables): printed 11 04;
+        encoded B4 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -8371,10 +8443,11 @@ class MotGetPotParams(FramedMessage):
     :param vel4: speed beyond wnd3; in counts; scale to mm/s depends on the stage; from -2147483648
         to 2147483647.
 
-    Erratum ``apt-get-potparams-size``: printed 28 bytes, 22 byte data packet; encoded 32 bytes, 26
-        byte data packet.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
-    Erratum ``apt37-potparams-get-table``: printed 28; encoded 32.
+    Erratum ``apt-get-potparams-size`` (MOT_GET_POTPARAMS, sizes): printed 28 bytes, 22 byte data
+        packet; encoded 32 bytes, 26 byte data packet.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-potparams-get-table`` (MOT_GET_POTPARAMS, byte table): printed 28; encoded 32.
     """
 
     __slots__ = ("chan_ident", "vel1", "vel2", "vel3", "vel4", "wnd1", "wnd2", "wnd3", "zero_wnd")
@@ -8506,7 +8579,8 @@ class MotSetAvModes(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param mode_bits: :class:`~.LedMode`; from 0 to 65535.
 
-    Erratum ``apt-avmodes-decimal``: printed the hex value; '11' for all modes; encoded 0x0B.
+    Erratum ``apt-avmodes-decimal`` (MOT_SET_AVMODES, mode bits): printed the hex value; '11' for
+        all modes; encoded 0x0B.
     """
 
     __slots__ = ("chan_ident", "mode_bits")
@@ -8585,8 +8659,10 @@ class MotReqAvModes(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-req-avmodes-table-id``: printed 11 04; encoded B4 04.
-    Erratum ``apt37-requests-of-other-sets``: printed 11 04; encoded B4 04.
+    Erratum ``apt-req-avmodes-table-id`` (MOT_REQ_AVMODES, byte table): printed 11 04; encoded B4
+        04.
+    Erratum ``apt37-requests-of-other-sets`` (ids of requests in byte tables): printed 11 04;
+        encoded B4 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -8743,8 +8819,8 @@ class MotSetButtonParams(FramedMessage):
     :param time_out2: Like time_out, for button 2. Unused in Issue 3. Reserved, sent as zero; in
         counts of 1 ms.
 
-    Erratum ``apt37-buttonparams-time-out-unit``: printed not applicable to the TDC001, and set on a
-        TDC001 in the example; encoded both fields.
+    Erratum ``apt37-buttonparams-time-out-unit`` (MOT_SET_BUTTONPARAMS, timeouts): printed not
+        applicable to the TDC001, and set on a TDC001 in the example; encoded both fields.
     """
 
     __slots__ = ("chan_ident", "mode", "position1", "position2", "time_out", "time_out2")
@@ -9278,7 +9354,8 @@ class MotReqPmdCurrentLoopParams(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-requests-of-other-sets``: printed 11 04; encoded B4 04.
+    Erratum ``apt37-requests-of-other-sets`` (ids of requests in byte tables): printed 11 04;
+        encoded B4 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -9537,8 +9614,9 @@ class MotSetPmdPositionLoopParams(FramedMessage):
         3. Reserved, sent as zero; :class:`~.PositionLoopSet`.
     :param not_used_2: reserved, sent as zero.
 
-    Erratum ``apt37-positionloop-example-unit``: printed ParamSetIx is not applicable to the BBD20x,
-        and the example sets it on a BBD202; encoded the bytes as printed.
+    Erratum ``apt37-positionloop-example-unit`` (MOT_SET_PMDPOSITIONLOOPPARAMS, parameter set of the
+        example): printed ParamSetIx is not applicable to the BBD20x, and the example sets it on a
+        BBD202; encoded the bytes as printed.
     """
 
     __slots__ = (
@@ -10016,11 +10094,14 @@ class MotSetPmdMotorOutputParams(FramedMessage):
     :param not_used_1: reserved, sent as zero.
     :param not_used_2: reserved, sent as zero.
 
-    Erratum ``apt-motor-bias-range``: printed -32767 to 32768, format word; encoded -32767 to 32767,
-        two bytes signed.
-    Erratum ``apt-motoroutput-example-energy``: printed C0 12 for 14%; encoded EB 11.
-    Erratum ``apt-motoroutput-example-motor-limit``: printed 00 00 for 100%; encoded FF 7F.
-    Erratum ``apt37-signs-of-words``: printed word; encoded short.
+    Erratum ``apt-motor-bias-range`` (MOT_SET_PMDMOTOROUTPUTPARAMS, motor bias): printed -32767 to
+        32768, format word; encoded -32767 to 32767, two bytes signed.
+    Erratum ``apt-motoroutput-example-energy`` (MOT_SET_PMDMOTOROUTPUTPARAMS, worked example):
+        printed C0 12 for 14%; encoded EB 11.
+    Erratum ``apt-motoroutput-example-motor-limit`` (MOT_SET_PMDMOTOROUTPUTPARAMS, worked example):
+        printed 00 00 for 100%; encoded FF 7F.
+    Erratum ``apt37-signs-of-words`` (signed values with the format word): printed word; encoded
+        short.
     """
 
     __slots__ = (
@@ -10400,9 +10481,10 @@ class MotSetPmdTrackSettleParams(FramedMessage):
     :param not_used_1: reserved, sent as zero.
     :param not_used_2: reserved, sent as zero.
 
-    Erratum ``apt-tracksettle-example-long``: printed 14 bytes of packet; encoded 12 bytes.
-    Erratum ``apt-tracksettle-example-percentages``: printed 20%, 14% and 100%; encoded 0 cycles, 20
-        counts, 0 counts.
+    Erratum ``apt-tracksettle-example-long`` (MOT_SET_PMDTRACKSETTLEPARAMS, worked example): printed
+        14 bytes of packet; encoded 12 bytes.
+    Erratum ``apt-tracksettle-example-percentages`` (MOT_SET_PMDTRACKSETTLEPARAMS, worked example):
+        printed 20%, 14% and 100%; encoded 0 cycles, 20 counts, 0 counts.
     """
 
     __slots__ = ("chan_ident", "not_used_1", "not_used_2", "settle_window", "time", "track_window")
@@ -10600,7 +10682,8 @@ class MotGetPmdTrackSettleParams(FramedMessage):
     :param not_used_1: reserved, sent as zero.
     :param not_used_2: reserved, sent as zero.
 
-    Erratum ``apt-contents-get-tracksettle-id``: printed 0x04E1; encoded 0x04E2.
+    Erratum ``apt-contents-get-tracksettle-id`` (Contents, id of MOT_GET_PMDTRACKSETTLEPARAMS):
+        printed 0x04E1; encoded 0x04E2.
     """
 
     __slots__ = ("chan_ident", "not_used_1", "not_used_2", "settle_window", "time", "track_window")
@@ -10720,8 +10803,10 @@ class MotSetPmdProfileModeParams(FramedMessage):
     :param not_used_1: reserved, sent as zero.
     :param not_used_2: reserved, sent as zero.
 
-    Erratum ``apt-jerk-unit``: printed specified in mm/s³; encoded 92.2337 units per mm/s³.
-    Erratum ``apt37-jerk-unit``: printed mm/s3 and a rate per cycle; encoded mm/s^3.
+    Erratum ``apt-jerk-unit`` (MOT_SET_PMDPROFILEMODEPARAMS, jerk): printed specified in mm/s³;
+        encoded 92.2337 units per mm/s³.
+    Erratum ``apt37-jerk-unit`` (jerk in the text): printed mm/s3 and a rate per cycle; encoded
+        mm/s^3.
     """
 
     __slots__ = ("chan_ident", "jerk", "mode", "not_used_1", "not_used_2")
@@ -11019,10 +11104,14 @@ class MotSetJoystickParams(FramedMessage):
         stage; from 0 to 4294967295.
     :param dir_sense: :class:`~.DirectionSense`; from 0 to 65535.
 
-    Erratum ``apt37-joystick-example-acceleration``: printed 70; encoded 69.
-    Erratum ``apt37-joystick-example-velocity``: printed 1342180; encoded 1342177.
-    Erratum ``apt37-joystick-range``: printed long with the range 0 to 4294967295; encoded dword.
-    Erratum ``apt37-signs-of-longs``: printed long; encoded dword.
+    Erratum ``apt37-joystick-example-acceleration`` (MOT_SET_JOYSTICKPARAMS, high acceleration of
+        the example): printed 70; encoded 69.
+    Erratum ``apt37-joystick-example-velocity`` (MOT_SET_JOYSTICKPARAMS, high velocity of the
+        example): printed 1342180; encoded 1342177.
+    Erratum ``apt37-joystick-range`` (MOT_SET_JOYSTICKPARAMS, ranges): printed long with the range 0
+        to 4294967295; encoded dword.
+    Erratum ``apt37-signs-of-longs`` (unsigned values with the format long): printed long; encoded
+        dword.
     """
 
     __slots__ = (
@@ -11560,8 +11649,10 @@ class MotReqPmdSettledCurrentLoopParams(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-req-settled-current-loop-table-id``: printed D8 04; encoded EA 04.
-    Erratum ``apt37-requests-of-other-sets``: printed 11 04; encoded B4 04.
+    Erratum ``apt-req-settled-current-loop-table-id`` (MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS, byte
+        table): printed D8 04; encoded EA 04.
+    Erratum ``apt37-requests-of-other-sets`` (ids of requests in byte tables): printed 11 04;
+        encoded B4 04.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -12186,20 +12277,27 @@ class MotGetPmdStageAxisParams(FramedMessage):
     :param reserved_7: reserved, sent as zero.
     :param reserved_8: reserved, sent as zero.
 
-    Erratum ``apt-stage-id-order``: printed 00, 10 and 00, 11; encoded 10 00 and 11 00.
-    Erratum ``apt-stageaxis-example-addresses``: printed A2 01; encoded 81 22.
-    Erratum ``apt-stageaxis-length``: printed 12 00; encoded 4A 00.
-    Erratum ``apt-stageaxis-part-no-format``: printed char; encoded char[16].
-    Erratum ``apt-stageaxis-rows``: printed no row for the channel, two rows Reserved (word and
-        dword); encoded the channel, four words and four dwords reserved.
-    Erratum ``apt-stageaxis-units``: printed encoder counts per cycle, per cycle per cycle; encoded
-        the same times 65536.
-    Erratum ``apt37-stage-axis-rows``: printed nothing; encoded word.
-    Erratum ``apt37-stage-id-order``: printed 00, 10 and 00, 11; encoded 0x10 and 0x11, low byte
-        first.
-    Erratum ``apt37-stage-ids``: printed 00, 10; encoded nothing.
-    Erratum ``apt37-stageaxis-units``: printed encoder counts per cycle; encoded the units of the
-        velocity parameters.
+    Erratum ``apt-stage-id-order`` (MOT_GET_PMDSTAGEAXISPARAMS, stage idents): printed 00, 10 and
+        00, 11; encoded 10 00 and 11 00.
+    Erratum ``apt-stageaxis-example-addresses`` (MOT_GET_PMDSTAGEAXISPARAMS, worked example):
+        printed A2 01; encoded 81 22.
+    Erratum ``apt-stageaxis-length`` (MOT_GET_PMDSTAGEAXISPARAMS, byte table): printed 12 00;
+        encoded 4A 00.
+    Erratum ``apt-stageaxis-part-no-format`` (MOT_GET_PMDSTAGEAXISPARAMS, format of PartNoAxis):
+        printed char; encoded char[16].
+    Erratum ``apt-stageaxis-rows`` (MOT_GET_PMDSTAGEAXISPARAMS, field table): printed no row for the
+        channel, two rows Reserved (word and dword); encoded the channel, four words and four dwords
+        reserved.
+    Erratum ``apt-stageaxis-units`` (MOT_GET_PMDSTAGEAXISPARAMS, maximum velocity and acceleration):
+        printed encoder counts per cycle, per cycle per cycle; encoded the same times 65536.
+    Erratum ``apt37-stage-axis-rows`` (MOT_GET_PMDSTAGEAXISPARAMS, field table): printed nothing;
+        encoded word.
+    Erratum ``apt37-stage-id-order`` (order of the bytes of a stage id): printed 00, 10 and 00, 11;
+        encoded 0x10 and 0x11, low byte first.
+    Erratum ``apt37-stage-ids`` (MOT_GET_PMDSTAGEAXISPARAMS, order of the bytes of a stage id):
+        printed 00, 10; encoded nothing.
+    Erratum ``apt37-stageaxis-units`` (limits of acceleration and velocity of a stage): printed
+        encoder counts per cycle; encoded the units of the velocity parameters.
     """
 
     __slots__ = (
@@ -12454,9 +12552,12 @@ class MotSetBowIndex(FramedMessage):
     :param bow_index: 0 is a trapezoidal profile, 1 to 18 an S-curve. The change of acceleration is
         limited to 2 to the power of (index - 1), in mm/s³ (page 90). From 0 to 18.
 
-    Erratum ``apt37-bow-value``: printed 262144 for the bow index 18; encoded 131072.
-    Erratum ``apt37-list-bowindex-ids``: printed 0x0450; encoded 0x04F4.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-bow-value`` (largest bow value): printed 262144 for the bow index 18; encoded
+        131072.
+    Erratum ``apt37-list-bowindex-ids`` (MOT_BOWINDEX in the lists of LTS and MLJ): printed 0x0450;
+        encoded 0x04F4.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("bow_index", "chan_ident")
@@ -12528,8 +12629,10 @@ class MotReqBowIndex(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-list-bowindex-ids``: printed 0x0450; encoded 0x04F4.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-bowindex-ids`` (MOT_BOWINDEX in the lists of LTS and MLJ): printed 0x0450;
+        encoded 0x04F4.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -12599,8 +12702,10 @@ class MotGetBowIndex(FramedMessage):
     :param bow_index: 0 is a trapezoidal profile, 1 to 18 an S-curve. The change of acceleration is
         limited to 2 to the power of (index - 1), in mm/s³ (page 90). From 0 to 18.
 
-    Erratum ``apt37-list-bowindex-ids``: printed 0x0450; encoded 0x04F4.
-    Erratum ``apt37-list-vendor-software``: printed nothing; encoded MOD_GET_DIGOUTPUTS.
+    Erratum ``apt37-list-bowindex-ids`` (MOT_BOWINDEX in the lists of LTS and MLJ): printed 0x0450;
+        encoded 0x04F4.
+    Erratum ``apt37-list-vendor-software`` (Messages that the vendor's software sends to units whose
+        lists omit them): printed nothing; encoded MOD_GET_DIGOUTPUTS.
     """
 
     __slots__ = ("bow_index", "chan_ident")
@@ -12674,8 +12779,8 @@ class MotSetTstActuatorType(FramedMessage):
 
     :param actuator_ident: :class:`~.ActuatorType`; from 0 to 255.
 
-    Erratum ``apt37-actuator-example``: printed new ZFS 13 mm as 0x31; encoded 0x31, which the list
-        calls ZST_NEW_13MM.
+    Erratum ``apt37-actuator-example`` (MOT_SET_TSTACTUATORTYPE, actuator of the example): printed
+        new ZFS 13 mm as 0x31; encoded 0x31, which the list calls ZST_NEW_13MM.
     """
 
     __slots__ = ("actuator_ident", "param2")
@@ -12755,8 +12860,8 @@ class MotSetTrigger(FramedMessage):
     :param mode: Bits 0 to 7 of stepper controllers and of brushless DC controllers have no meaning
         in common; :class:`~.TriggerMode`; from 0 to 255.
 
-    Erratum ``apt37-trigger-example-address``: printed 50 for a BBD201; encoded the bytes as
-        printed.
+    Erratum ``apt37-trigger-example-address`` (MOT_SET_TRIGGER, address of the example): printed 50
+        for a BBD201; encoded the bytes as printed.
     """
 
     __slots__ = ("chan_ident", "mode")
@@ -12989,11 +13094,12 @@ class MotSetKcubeMmiParams(FramedMessage):
         BBD30x; from 0 to 65535.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-dim-level-scale``: printed 0 to 10 on page 138, 0 to 100 on page 168; encoded
-        each as printed.
-    Erratum ``apt37-kcubemmi-lengths``: printed 1C 00; encoded 24 00.
-    Erratum ``apt37-kcubemmi-positions``: printed two in the text, three in the table; encoded
-        three.
+    Erratum ``apt37-dim-level-scale`` (dim level of the display): printed 0 to 10 on page 138, 0 to
+        100 on page 168; encoded each as printed.
+    Erratum ``apt37-kcubemmi-lengths`` (MOT_SET_KCUBEMMIPARAMS, length): printed 1C 00; encoded 24
+        00.
+    Erratum ``apt37-kcubemmi-positions`` (number of teach positions): printed two in the text, three
+        in the table; encoded three.
     """
 
     __slots__ = (
@@ -13220,11 +13326,12 @@ class MotSetKcubeMmiParamsShort(FramedMessage):
     :param disp_timeout: time after which the display is dimmed; in counts of 1 min; from 0 to 480.
     :param disp_dim_level: brightness of the dimmed display; from 0 to 10.
 
-    Erratum ``apt37-dim-level-scale``: printed 0 to 10 on page 138, 0 to 100 on page 168; encoded
-        each as printed.
-    Erratum ``apt37-kcubemmi-lengths``: printed 1C 00; encoded 24 00.
-    Erratum ``apt37-kcubemmi-positions``: printed two in the text, three in the table; encoded
-        three.
+    Erratum ``apt37-dim-level-scale`` (dim level of the display): printed 0 to 10 on page 138, 0 to
+        100 on page 168; encoded each as printed.
+    Erratum ``apt37-kcubemmi-lengths`` (MOT_SET_KCUBEMMIPARAMS, length): printed 1C 00; encoded 24
+        00.
+    Erratum ``apt37-kcubemmi-positions`` (number of teach positions): printed two in the text, three
+        in the table; encoded three.
     """
 
     __slots__ = (
@@ -13399,7 +13506,8 @@ class MotReqKcubeMmiParams(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-list-kcube-sets``: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+    Erratum ``apt37-list-kcube-sets`` (REQ and GET of the K-Cube parameter sets in the lists):
+        printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -13492,8 +13600,10 @@ class MotGetKcubeMmiParams(FramedMessage):
         BBD30x; from 0 to 65535.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-kcubemmi-lengths``: printed 1C 00; encoded 24 00.
-    Erratum ``apt37-list-kcube-sets``: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+    Erratum ``apt37-kcubemmi-lengths`` (MOT_SET_KCUBEMMIPARAMS, length): printed 1C 00; encoded 24
+        00.
+    Erratum ``apt37-list-kcube-sets`` (REQ and GET of the K-Cube parameter sets in the lists):
+        printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
     """
 
     __slots__ = (
@@ -13720,8 +13830,10 @@ class MotGetKcubeMmiParamsShort(FramedMessage):
     :param disp_timeout: time after which the display is dimmed; in counts of 1 min; from 0 to 480.
     :param disp_dim_level: brightness of the dimmed display; from 0 to 10.
 
-    Erratum ``apt37-kcubemmi-lengths``: printed 1C 00; encoded 24 00.
-    Erratum ``apt37-list-kcube-sets``: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+    Erratum ``apt37-kcubemmi-lengths`` (MOT_SET_KCUBEMMIPARAMS, length): printed 1C 00; encoded 24
+        00.
+    Erratum ``apt37-list-kcube-sets`` (REQ and GET of the K-Cube parameter sets in the lists):
+        printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
     """
 
     __slots__ = (
@@ -13913,7 +14025,8 @@ class MotSetKcubeTrigIoConfig(FramedMessage):
     :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`; from 0 to 65535.
     :param reserved: reserved, sent as zero; 12 bytes.
 
-    Erratum ``apt37-kcubetrigio-lengths``: printed 28; encoded 27.
+    Erratum ``apt37-kcubetrigio-lengths`` (MOT_SET_KCUBETRIGIOCONFIG, length): printed 28; encoded
+        27.
     """
 
     __slots__ = (
@@ -14048,7 +14161,8 @@ class MotSetKcubeTrigIoConfigShort(FramedMessage):
     :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`; from 0 to 65535.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-kcubetrigio-lengths``: printed 28; encoded 27.
+    Erratum ``apt37-kcubetrigio-lengths`` (MOT_SET_KCUBETRIGIOCONFIG, length): printed 28; encoded
+        27.
     """
 
     __slots__ = (
@@ -14171,7 +14285,8 @@ class MotReqKcubeTrigIoConfig(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-list-kcube-sets``: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+    Erratum ``apt37-list-kcube-sets`` (REQ and GET of the K-Cube parameter sets in the lists):
+        printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -14256,7 +14371,8 @@ class MotGetKcubeTrigIoConfig(FramedMessage):
     :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`; from 0 to 65535.
     :param reserved: reserved, sent as zero; 12 bytes.
 
-    Erratum ``apt37-list-kcube-sets``: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+    Erratum ``apt37-list-kcube-sets`` (REQ and GET of the K-Cube parameter sets in the lists):
+        printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
     """
 
     __slots__ = (
@@ -14388,7 +14504,8 @@ class MotGetKcubeTrigIoConfigShort(FramedMessage):
     :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`; from 0 to 65535.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-list-kcube-sets``: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+    Erratum ``apt37-list-kcube-sets`` (REQ and GET of the K-Cube parameter sets in the lists):
+        printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
     """
 
     __slots__ = (
@@ -14945,7 +15062,8 @@ class MotReqKcubePosTrigParams(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-list-kcube-sets``: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+    Erratum ``apt37-list-kcube-sets`` (REQ and GET of the K-Cube parameter sets in the lists):
+        printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -15038,8 +15156,10 @@ class MotGetKcubePosTrigParams(FramedMessage):
     :param num_cycles: number of cycles of both directions; from -2147483648 to 2147483647.
     :param reserved: not in the document; reserved, sent as zero; 12 bytes.
 
-    Erratum ``apt37-kcubepostrig-lengths``: printed IntervalFwd; encoded num_cycles.
-    Erratum ``apt37-list-kcube-sets``: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+    Erratum ``apt37-kcubepostrig-lengths`` (MOT_SET_KCUBEPOSTRIGPARAMS, length): printed
+        IntervalFwd; encoded num_cycles.
+    Erratum ``apt37-list-kcube-sets`` (REQ and GET of the K-Cube parameter sets in the lists):
+        printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
     """
 
     __slots__ = (
@@ -15257,8 +15377,10 @@ class MotGetKcubePosTrigParamsShort(FramedMessage):
     :param pulse_width: length of a pulse; in counts of 1 us; from 1 to 1000000.
     :param num_cycles: number of cycles of both directions; from -2147483648 to 2147483647.
 
-    Erratum ``apt37-kcubepostrig-lengths``: printed IntervalFwd; encoded num_cycles.
-    Erratum ``apt37-list-kcube-sets``: printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
+    Erratum ``apt37-kcubepostrig-lengths`` (MOT_SET_KCUBEPOSTRIGPARAMS, length): printed
+        IntervalFwd; encoded num_cycles.
+    Erratum ``apt37-list-kcube-sets`` (REQ and GET of the K-Cube parameter sets in the lists):
+        printed nothing; encoded MOT_GET_KCUBEMMIPARAMS.
     """
 
     __slots__ = (
@@ -15465,10 +15587,13 @@ class MotSetKcubeKstLoopParams(FramedMessage):
         has no encoder. From 0 to 4294967295.
     :param not_used: reserved, sent as zero; 8 bytes.
 
-    Erratum ``apt37-kstloop-example-clip``: printed 100,000, 100,000,000, and at most 16777216;
-        encoded 100000, as the list above the byte line says.
-    Erratum ``apt37-kstloop-example-encoder``: printed 4292282941; encoded 2684355.
-    Erratum ``apt37-kstloop-table``: printed long; encoded nothing.
+    Erratum ``apt37-kstloop-example-clip`` (MOT_SET_KCUBEKSTLOOPPARAMS, clip of the example):
+        printed 100,000, 100,000,000, and at most 16777216; encoded 100000, as the list above the
+        byte line says.
+    Erratum ``apt37-kstloop-example-encoder`` (MOT_SET_KCUBEKSTLOOPPARAMS, encoder constant of the
+        example): printed 4292282941; encoded 2684355.
+    Erratum ``apt37-kstloop-table`` (MOT_SET_KCUBEKSTLOOPPARAMS, length of the reply and rows):
+        printed long; encoded nothing.
     """
 
     __slots__ = (
@@ -15702,7 +15827,8 @@ class MotGetKcubeKstLoopParams(FramedMessage):
         has no encoder. From 0 to 4294967295.
     :param not_used: reserved, sent as zero; 8 bytes.
 
-    Erratum ``apt37-kstloop-table``: printed long; encoded nothing.
+    Erratum ``apt37-kstloop-table`` (MOT_SET_KCUBEKSTLOOPPARAMS, length of the reply and rows):
+        printed long; encoded nothing.
     """
 
     __slots__ = (
@@ -15859,10 +15985,12 @@ class MotSetLcdDisplayParams(FramedMessage):
         counts of 1 percent; from 0 to 100.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-bbd30x-length-cells``: printed 0C 00; encoded 06 00.
-    Erratum ``apt37-dim-level-scale``: printed 0 to 10 on page 138, 0 to 100 on page 168; encoded
-        each as printed.
-    Erratum ``apt37-signs-of-words``: printed word; encoded short.
+    Erratum ``apt37-bbd30x-length-cells`` (length cells of the BBD30x messages): printed 0C 00;
+        encoded 06 00.
+    Erratum ``apt37-dim-level-scale`` (dim level of the display): printed 0 to 10 on page 138, 0 to
+        100 on page 168; encoded each as printed.
+    Erratum ``apt37-signs-of-words`` (signed values with the format word): printed word; encoded
+        short.
     """
 
     __slots__ = ("disp_brightness", "disp_dim_level", "disp_time_out", "js_sensitivity", "reserved")
@@ -16168,7 +16296,7 @@ class MotSetLcdMoveParams(FramedMessage):
         on the stage; from -2147483648 to 2147483647.
     :param reserved: reserved, sent as zero; 20 bytes.
 
-    Erratum ``apt37-lcdmove-length``: printed 0C 00; encoded 18 00.
+    Erratum ``apt37-lcdmove-length`` (MOT_SET_LCDMOVEPARAMS, length): printed 0C 00; encoded 18 00.
     """
 
     __slots__ = (
@@ -16364,7 +16492,7 @@ class MotSetLcdMoveParamsShort(FramedMessage):
         -2147483648 to 2147483647.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-lcdmove-length``: printed 0C 00; encoded 18 00.
+    Erratum ``apt37-lcdmove-length`` (MOT_SET_LCDMOVEPARAMS, length): printed 0C 00; encoded 18 00.
     """
 
     __slots__ = (
@@ -16959,10 +17087,14 @@ class MotSetMoveSynchArray(CountedMessage):
         document does not name, ``position`` for each bit of ``channels`` (in counts; scale to mm
         depends on the stage); each from -2147483648 to 2147483647.
 
-    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synch-headers``: printed D; encoded d.
-    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-syncharray-example-cut``: printed 56 of 1208 declared bytes; encoded nothing.
+    Erratum ``apt37-list-synch-ids`` (SYNCH messages in the list of the BBD30x): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synch-headers`` (headers of synchronized moves and raster scans): printed D;
+        encoded d.
+    Erratum ``apt37-synch-ids`` (ids of the messages for synchronized moves): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-syncharray-example-cut`` (MOT_SET_MOVESYNCHARRAY, example): printed 56 of 1208
+        declared bytes; encoded nothing.
     """
 
     __slots__ = ("array_id", "channels", "num_points", "start_ix", "time_pos")
@@ -17086,12 +17218,15 @@ class MotSetMoveSynchParams(FramedMessage):
         controller; from -2147483648 to 2147483647.
     :param reserved: reserved, sent as zero; 24 bytes.
 
-    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synch-headers``: printed D; encoded d.
-    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synchparams-example-length``: printed 38 bytes, the tables have 20; encoded both
-        lengths are decoded.
-    Erratum ``apt37-synchparams-length``: printed 25; encoded 43.
+    Erratum ``apt37-list-synch-ids`` (SYNCH messages in the list of the BBD30x): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synch-headers`` (headers of synchronized moves and raster scans): printed D;
+        encoded d.
+    Erratum ``apt37-synch-ids`` (ids of the messages for synchronized moves): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synchparams-example-length`` (MOT_SET_MOVESYNCHPARAMS, example): printed 38
+        bytes, the tables have 20; encoded both lengths are decoded.
+    Erratum ``apt37-synchparams-length`` (MOT_SET_MOVESYNCHPARAMS, length): printed 25; encoded 43.
     """
 
     __slots__ = (
@@ -17253,12 +17388,15 @@ class MotSetMoveSynchParamsShort(FramedMessage):
     :param reserved_2: reserved, sent as zero.
     :param reserved_3: reserved, sent as zero.
 
-    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synch-headers``: printed D; encoded d.
-    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synchparams-example-length``: printed 38 bytes, the tables have 20; encoded both
-        lengths are decoded.
-    Erratum ``apt37-synchparams-length``: printed 25; encoded 43.
+    Erratum ``apt37-list-synch-ids`` (SYNCH messages in the list of the BBD30x): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synch-headers`` (headers of synchronized moves and raster scans): printed D;
+        encoded d.
+    Erratum ``apt37-synch-ids`` (ids of the messages for synchronized moves): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synchparams-example-length`` (MOT_SET_MOVESYNCHPARAMS, example): printed 38
+        bytes, the tables have 20; encoded both lengths are decoded.
+    Erratum ``apt37-synchparams-length`` (MOT_SET_MOVESYNCHPARAMS, length): printed 25; encoded 43.
     """
 
     __slots__ = (
@@ -17429,9 +17567,12 @@ class MotMoveSynchStart(FramedMessage):
     :param channels: motor channels that start; :class:`~.SynchronizedChannels`; from 0 to 65535.
     :param trigger: :class:`~.SynchronizedTrigger`; from 0 to 65535.
 
-    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synch-headers``: printed D; encoded d.
-    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
+    Erratum ``apt37-list-synch-ids`` (SYNCH messages in the list of the BBD30x): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synch-headers`` (headers of synchronized moves and raster scans): printed D;
+        encoded d.
+    Erratum ``apt37-synch-ids`` (ids of the messages for synchronized moves): printed 0x0A00;
+        encoded 0x0980.
     """
 
     __slots__ = ("array_id", "channels", "trigger")
@@ -17533,10 +17674,14 @@ class MotSetMoveSynchArray0a00(CountedMessage):
         document does not name, ``position`` for each bit of ``channels`` (in counts; scale to mm
         depends on the stage); each from -2147483648 to 2147483647.
 
-    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synch-headers``: printed D; encoded d.
-    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-syncharray-example-cut``: printed 56 of 1208 declared bytes; encoded nothing.
+    Erratum ``apt37-list-synch-ids`` (SYNCH messages in the list of the BBD30x): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synch-headers`` (headers of synchronized moves and raster scans): printed D;
+        encoded d.
+    Erratum ``apt37-synch-ids`` (ids of the messages for synchronized moves): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-syncharray-example-cut`` (MOT_SET_MOVESYNCHARRAY, example): printed 56 of 1208
+        declared bytes; encoded nothing.
     """
 
     __slots__ = ("array_id", "channels", "num_points", "start_ix", "time_pos")
@@ -17662,12 +17807,15 @@ class MotSetMoveSynchParams0a03(FramedMessage):
         controller; from -2147483648 to 2147483647.
     :param reserved: reserved, sent as zero; 24 bytes.
 
-    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synch-headers``: printed D; encoded d.
-    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synchparams-example-length``: printed 38 bytes, the tables have 20; encoded both
-        lengths are decoded.
-    Erratum ``apt37-synchparams-length``: printed 25; encoded 43.
+    Erratum ``apt37-list-synch-ids`` (SYNCH messages in the list of the BBD30x): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synch-headers`` (headers of synchronized moves and raster scans): printed D;
+        encoded d.
+    Erratum ``apt37-synch-ids`` (ids of the messages for synchronized moves): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synchparams-example-length`` (MOT_SET_MOVESYNCHPARAMS, example): printed 38
+        bytes, the tables have 20; encoded both lengths are decoded.
+    Erratum ``apt37-synchparams-length`` (MOT_SET_MOVESYNCHPARAMS, length): printed 25; encoded 43.
     """
 
     __slots__ = (
@@ -17831,12 +17979,15 @@ class MotSetMoveSynchParams0a03Short(FramedMessage):
     :param reserved_2: reserved, sent as zero.
     :param reserved_3: reserved, sent as zero.
 
-    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synch-headers``: printed D; encoded d.
-    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synchparams-example-length``: printed 38 bytes, the tables have 20; encoded both
-        lengths are decoded.
-    Erratum ``apt37-synchparams-length``: printed 25; encoded 43.
+    Erratum ``apt37-list-synch-ids`` (SYNCH messages in the list of the BBD30x): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synch-headers`` (headers of synchronized moves and raster scans): printed D;
+        encoded d.
+    Erratum ``apt37-synch-ids`` (ids of the messages for synchronized moves): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synchparams-example-length`` (MOT_SET_MOVESYNCHPARAMS, example): printed 38
+        bytes, the tables have 20; encoded both lengths are decoded.
+    Erratum ``apt37-synchparams-length`` (MOT_SET_MOVESYNCHPARAMS, length): printed 25; encoded 43.
     """
 
     __slots__ = (
@@ -18006,9 +18157,12 @@ class MotMoveSynchStart0a06(FramedMessage):
     :param channels: motor channels that start; :class:`~.SynchronizedChannels`; from 0 to 65535.
     :param trigger: :class:`~.SynchronizedTrigger`; from 0 to 65535.
 
-    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
-    Erratum ``apt37-synch-headers``: printed D; encoded d.
-    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
+    Erratum ``apt37-list-synch-ids`` (SYNCH messages in the list of the BBD30x): printed 0x0A00;
+        encoded 0x0980.
+    Erratum ``apt37-synch-headers`` (headers of synchronized moves and raster scans): printed D;
+        encoded d.
+    Erratum ``apt37-synch-ids`` (ids of the messages for synchronized moves): printed 0x0A00;
+        encoded 0x0980.
     """
 
     __slots__ = ("array_id", "channels", "trigger")
@@ -18113,8 +18267,10 @@ class MotSetRasterMoveParams(FramedMessage):
     :param num_cycles_y: number of steps of the Y axis; from -2147483648 to 2147483647.
     :param dwell_time_y: pause of the Y axis after a step; in counts of 1 ms; from 0 to 65535.
 
-    Erratum ``apt37-raster-start-unit``: printed mm; encoded position steps.
-    Erratum ``apt37-synch-headers``: printed D; encoded d.
+    Erratum ``apt37-raster-start-unit`` (MOT_SET_RASTERMOVEPARAMS, unit of the start positions):
+        printed mm; encoded position steps.
+    Erratum ``apt37-synch-headers`` (headers of synchronized moves and raster scans): printed D;
+        encoded d.
     """
 
     __slots__ = (

@@ -536,7 +536,8 @@ class PzSetNtCircHomePos(FramedMessage):
     :param circ_home_pos_a: horizontal; in counts, 13107/2 per NT; from 0 to 65535.
     :param circ_home_pos_b: vertical; in counts, 13107/2 per NT; from 0 to 65535.
 
-    Erratum ``apt37-ntcirchomepos-id``: printed 06 06; encoded 09 06.
+    Erratum ``apt37-ntcirchomepos-id`` (PZ_SET_NTCIRCHOMEPOS, byte table): printed 06 06; encoded 09
+        06.
     """
 
     __slots__ = ("circ_home_pos_a", "circ_home_pos_b")
@@ -923,10 +924,12 @@ class PzGetNtCircCentrePos(FramedMessage):
     :param range: present range of the input amplifier; :class:`~.TiaRange`; from 0 to 65535.
     :param under_over_read: :class:`~.TiaRangeCheck`; from 0 to 65535.
 
-    Erratum ``apt37-nt-absreading-range``: printed 1 nA; encoded 0.
-    Erratum ``apt37-nt-circpos-home``: printed coordinates of the circle home position; encoded the
-        present position of the circle.
-    Erratum ``apt37-ntcirccentrepos-id``: printed 06 06; encoded 14 06.
+    Erratum ``apt37-nt-absreading-range`` (Range of AbsReading): printed 1 nA; encoded 0.
+    Erratum ``apt37-nt-circpos-home`` (PZ_GET_NTCIRCCENTREPOS and PZ_GET_NTSTATUSUPDATE, meaning of
+        the position): printed coordinates of the circle home position; encoded the present position
+        of the circle.
+    Erratum ``apt37-ntcirccentrepos-id`` (PZ_GET_NTCIRCCENTREPOS, byte table): printed 06 06;
+        encoded 14 06.
     """
 
     __slots__ = (
@@ -1281,7 +1284,8 @@ class PzSetNtCircDia(FramedMessage):
     :param circ_dia_high: high byte of the diameter; 00 in the table, 19 in the example; from 0 to
         255.
 
-    Erratum ``apt37-ntcircdia-bytes``: printed 00; encoded circ_dia_high.
+    Erratum ``apt37-ntcircdia-bytes`` (PZ_SET_NTCIRCDIA, byte table): printed 00; encoded
+        circ_dia_high.
     """
 
     __slots__ = ("circ_dia", "circ_dia_high")
@@ -1531,7 +1535,8 @@ class PzSetNtCircDiaLut(FramedMessage):
     :param lut_val_16: Diameter. The first two are ignored, and on a TNA001 the first four. In
         counts, 13107/2 per NT; from 0 to 65535.
 
-    Erratum ``apt37-nt-lut-tna-range``: printed range 1 in byte 9; encoded range 3 in byte 9.
+    Erratum ``apt37-nt-lut-tna-range`` (PZ_SET_NTCIRCDIALUT, first range of the TNA001): printed
+        range 1 in byte 9; encoded range 3 in byte 9.
     """
 
     __slots__ = (
@@ -2059,9 +2064,9 @@ class PzSetNtPhaseCompParams(FramedMessage):
     :param phase_comp_bsw: vertical, like phase_comp_asw; in counts; scale to deg unknown; from
         -32768 to 32767.
 
-    Erratum ``apt37-nt-phasecomp-angle``: printed -30 degrees; encoded 332.64 degrees, or -27.36
-        degrees.
-    Erratum ``apt37-ntphasecomp-length``: printed 10; encoded 12.
+    Erratum ``apt37-nt-phasecomp-angle`` (PZ_SET_NTPHASECOMPPARAMS, angle of the example): printed
+        -30 degrees; encoded 332.64 degrees, or -27.36 degrees.
+    Erratum ``apt37-ntphasecomp-length`` (PZ_SET_NTPHASECOMPPARAMS, length): printed 10; encoded 12.
     """
 
     __slots__ = ("phase_comp_asw", "phase_comp_bsw", "phase_comp_mode")
@@ -2335,8 +2340,8 @@ class PzSetNtTiaRangeParams(FramedMessage):
         to 65535.
     :param range_sw: range for MANUAL_SET and AUTO_SET; :class:`~.TiaRange`; from 0 to 65535.
 
-    Erratum ``apt37-nt-range-sw-modes``: printed only with manual ranges; encoded the range of the
-        modes 3 and 4, which set it.
+    Erratum ``apt37-nt-range-sw-modes`` (PZ_SET_NTTIARANGEPARAMS, use of RangeSW): printed only with
+        manual ranges; encoded the range of the modes 3 and 4, which set it.
     """
 
     __slots__ = (
@@ -2905,10 +2910,11 @@ class PzSetNtTiaLpFilterParams(FramedMessage):
     :param param_4: reserved, sent as zero.
     :param param_5: reserved, sent as zero.
 
-    Erratum ``apt37-list-nt-low-pass-filter``: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in
-        the list.
-    Erratum ``apt37-nt-lpfilter-example-title``: printed sets the filter to 1 Hz; encoded 5, the
-        filter of 100 Hz.
+    Erratum ``apt37-list-nt-low-pass-filter`` (PZ_NTTIALPFILTERPARAMS in the list of the NanoTraks):
+        printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the list.
+    Erratum ``apt37-nt-lpfilter-example-title`` (PZ_SET_NTTIALPFILTERPARAMS and
+        KNA_SET_NTTIALPFILTERCOEFFS, title of the examples): printed sets the filter to 1 Hz;
+        encoded 5, the filter of 100 Hz.
     """
 
     __slots__ = ("filter_params", "param_2", "param_3", "param_4", "param_5")
@@ -3014,8 +3020,8 @@ class PzReqNtTiaLpFilterParams(FramedMessage):
     ``PZ_REQ_NTTIALPFILTERPARAMS`` (0x0637), to the controller, header only; Issue 37, pages 268,
     269. Answered by ``PZ_GET_NTTIALPFILTERPARAMS``.
 
-    Erratum ``apt37-list-nt-low-pass-filter``: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in
-        the list.
+    Erratum ``apt37-list-nt-low-pass-filter`` (PZ_NTTIALPFILTERPARAMS in the list of the NanoTraks):
+        printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the list.
     """
 
     __slots__ = ("param1", "param2")
@@ -3090,8 +3096,8 @@ class PzGetNtTiaLpFilterParams(FramedMessage):
     :param param_4: reserved, sent as zero.
     :param param_5: reserved, sent as zero.
 
-    Erratum ``apt37-list-nt-low-pass-filter``: printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in
-        the list.
+    Erratum ``apt37-list-nt-low-pass-filter`` (PZ_NTTIALPFILTERPARAMS in the list of the NanoTraks):
+        printed PZ_SET_NTTIALPFILTERPARAMS; encoded not in the list.
     """
 
     __slots__ = ("filter_params", "param_2", "param_3", "param_4", "param_5")
@@ -3278,11 +3284,12 @@ class PzGetNtTiaReading(FramedMessage):
     :param range: present range of the input amplifier; :class:`~.TiaRange`; from 0 to 65535.
     :param under_over_read: :class:`~.TiaRangeCheck`; from 0 to 65535.
 
-    Erratum ``apt37-nt-absreading-range``: printed 1 nA; encoded 0.
-    Erratum ``apt37-nt-tiareading-example-addresses``: printed D0, 01; encoded 81 50.
-    Erratum ``apt37-nt-tiareading-example-value``: printed 00, 00 in the byte line and 00, 40 in the
-        breakdown; 20 nA for four zeros; encoded 00 40 for the relative reading, and zeros for the
-        absolute one as printed.
+    Erratum ``apt37-nt-absreading-range`` (Range of AbsReading): printed 1 nA; encoded 0.
+    Erratum ``apt37-nt-tiareading-example-addresses`` (PZ_GET_NTTIAREADING, addresses of the
+        example): printed D0, 01; encoded 81 50.
+    Erratum ``apt37-nt-tiareading-example-value`` (PZ_GET_NTTIAREADING, readings of the example):
+        printed 00, 00 in the byte line and 00, 40 in the breakdown; 20 nA for four zeros; encoded
+        00 40 for the relative reading, and zeros for the absolute one as printed.
     """
 
     __slots__ = ("abs_reading", "range", "rel_reading", "under_over_read")
@@ -3377,7 +3384,8 @@ class PzSetNtFeedbackSrc(FramedMessage):
     :param feedback_src: 00 in the table; the text and the example of a set have the input in this
         byte; :class:`~.NanotrakInput`; from 0 to 255.
 
-    Erratum ``apt37-ntfeedbacksrc-byte``: printed 00; encoded feedback_src.
+    Erratum ``apt37-ntfeedbacksrc-byte`` (PZ_SET_NTFEEDBACKSRC and PZ_GET_NTFEEDBACKSRC, byte
+        tables): printed 00; encoded feedback_src.
     """
 
     __slots__ = ("feedback_src", "param2")
@@ -3513,7 +3521,8 @@ class PzGetNtFeedbackSrc(FramedMessage):
     :param feedback_src: 00 in the table; the text and the example of a set have the input in this
         byte; :class:`~.NanotrakInput`; from 0 to 255.
 
-    Erratum ``apt37-ntfeedbacksrc-byte``: printed 00; encoded feedback_src.
+    Erratum ``apt37-ntfeedbacksrc-byte`` (PZ_SET_NTFEEDBACKSRC and PZ_GET_NTFEEDBACKSRC, byte
+        tables): printed 00; encoded feedback_src.
     """
 
     __slots__ = ("feedback_src", "param2")
@@ -3654,10 +3663,12 @@ class PzGetNtStatusBits(FramedMessage):
     :param status_bits: :class:`~.BntStatusBits`; from 0 to 4294967295.
     :param not_used: not in the document; reserved, sent as zero; 6 bytes.
 
-    Erratum ``apt37-bnt-status-two-meanings``: printed 0x00100000 and 0x00200000 twice: as the
-        control modes of the channels, and as the digital inputs 1 and 2; encoded
-        channel_a_closed_loop and channel_b_closed_loop, whose notes have both meanings.
-    Erratum ``apt37-ntstatusbits-length``: printed 0A 00; encoded 06 00.
+    Erratum ``apt37-bnt-status-two-meanings`` (PZ_GET_NTSTATUSBITS, bits 21 and 22 of the BNT
+        series): printed 0x00100000 and 0x00200000 twice: as the control modes of the channels, and
+        as the digital inputs 1 and 2; encoded channel_a_closed_loop and channel_b_closed_loop,
+        whose notes have both meanings.
+    Erratum ``apt37-ntstatusbits-length`` (PZ_GET_NTSTATUSBITS, length): printed 0A 00; encoded 06
+        00.
     """
 
     __slots__ = ("not_used", "status_bits")
@@ -3738,10 +3749,12 @@ class PzGetNtStatusBitsShort(FramedMessage):
     :param status_bits: :class:`~.BntStatusBits`; from 0 to 4294967295.
     :param not_used: two cells without a name in the table; reserved, sent as zero.
 
-    Erratum ``apt37-bnt-status-two-meanings``: printed 0x00100000 and 0x00200000 twice: as the
-        control modes of the channels, and as the digital inputs 1 and 2; encoded
-        channel_a_closed_loop and channel_b_closed_loop, whose notes have both meanings.
-    Erratum ``apt37-ntstatusbits-length``: printed 0A 00; encoded 06 00.
+    Erratum ``apt37-bnt-status-two-meanings`` (PZ_GET_NTSTATUSBITS, bits 21 and 22 of the BNT
+        series): printed 0x00100000 and 0x00200000 twice: as the control modes of the channels, and
+        as the digital inputs 1 and 2; encoded channel_a_closed_loop and channel_b_closed_loop,
+        whose notes have both meanings.
+    Erratum ``apt37-ntstatusbits-length`` (PZ_GET_NTSTATUSBITS, length): printed 0A 00; encoded 06
+        00.
     """
 
     __slots__ = ("not_used", "status_bits")
@@ -3905,13 +3918,16 @@ class PzGetNtStatusUpdate(FramedMessage):
     :param phase_comp_b: vertical phase compensation; in counts; scale to deg unknown; from -32768
         to 32767.
 
-    Erratum ``apt37-bnt-status-two-meanings``: printed 0x00100000 and 0x00200000 twice: as the
-        control modes of the channels, and as the digital inputs 1 and 2; encoded
-        channel_a_closed_loop and channel_b_closed_loop, whose notes have both meanings.
-    Erratum ``apt37-nt-absreading-range``: printed 1 nA; encoded 0.
-    Erratum ``apt37-nt-circpos-home``: printed coordinates of the circle home position; encoded the
-        present position of the circle.
-    Erratum ``apt37-ntstatusupdate-bpc-bits``: printed nothing; encoded channel_a_connected.
+    Erratum ``apt37-bnt-status-two-meanings`` (PZ_GET_NTSTATUSBITS, bits 21 and 22 of the BNT
+        series): printed 0x00100000 and 0x00200000 twice: as the control modes of the channels, and
+        as the digital inputs 1 and 2; encoded channel_a_closed_loop and channel_b_closed_loop,
+        whose notes have both meanings.
+    Erratum ``apt37-nt-absreading-range`` (Range of AbsReading): printed 1 nA; encoded 0.
+    Erratum ``apt37-nt-circpos-home`` (PZ_GET_NTCIRCCENTREPOS and PZ_GET_NTSTATUSUPDATE, meaning of
+        the position): printed coordinates of the circle home position; encoded the present position
+        of the circle.
+    Erratum ``apt37-ntstatusupdate-bpc-bits`` (PZ_GET_NTSTATUSUPDATE, second table of status bits):
+        printed nothing; encoded channel_a_connected.
     """
 
     __slots__ = (
@@ -4163,8 +4179,9 @@ class KnaSetNtTiaLpFilterCoeffs(FramedMessage):
     :param param_4: reserved, sent as zero.
     :param param_5: reserved, sent as zero.
 
-    Erratum ``apt37-nt-lpfilter-example-title``: printed sets the filter to 1 Hz; encoded 5, the
-        filter of 100 Hz.
+    Erratum ``apt37-nt-lpfilter-example-title`` (PZ_SET_NTTIALPFILTERPARAMS and
+        KNA_SET_NTTIALPFILTERCOEFFS, title of the examples): printed sets the filter to 1 Hz;
+        encoded 5, the filter of 100 Hz.
     """
 
     __slots__ = ("filter_params", "param_2", "param_3", "param_4", "param_5")
@@ -4454,10 +4471,12 @@ class KnaSetKcubeMmiParams(FramedMessage):
         for a moment. In counts of 1 percent; from 0 to 100.
     :param reserved: reserved, sent as zero; 12 bytes.
 
-    Erratum ``apt37-kna-mmi-example-length``: printed 4 bytes after a header that announces 16;
-        encoded 16 bytes, the last twelve reserved.
-    Erratum ``apt37-kna-mmi-timeout``: printed the display time out and the dim level are described
-        below; encoded two fields and reserved words.
+    Erratum ``apt37-kna-mmi-example-length`` (KNA_SET_KCUBEMMIPARAMS, length of the example):
+        printed 4 bytes after a header that announces 16; encoded 16 bytes, the last twelve
+        reserved.
+    Erratum ``apt37-kna-mmi-timeout`` (KNA_SET_KCUBEMMIPARAMS, time out and dim level): printed the
+        display time out and the dim level are described below; encoded two fields and reserved
+        words.
     """
 
     __slots__ = ("disp_brightness", "reserved", "wheel_step")
@@ -4890,7 +4909,8 @@ class KnaGetKcubeTrigIoConfig(FramedMessage):
     :param t2_par: reserved, sent as zero.
     :param reserved: reserved, sent as zero; 8 bytes.
 
-    Erratum ``apt37-kna-trigio-id``: printed 8D 06; encoded 8F 06.
+    Erratum ``apt37-kna-trigio-id`` (KNA_GET_KCUBETRIGIOCONFIG, byte table): printed 8D 06; encoded
+        8F 06.
     """
 
     __slots__ = ("reserved", "t1_mode", "t1_par", "t1_polarity", "t2_mode", "t2_par", "t2_polarity")
@@ -5012,7 +5032,8 @@ class KnaReqXyScan(FramedMessage):
 
     :param param1: always 0x01.
 
-    Erratum ``apt37-kna-xyscan-example-id``: printed 90, 06; encoded A0 06.
+    Erratum ``apt37-kna-xyscan-example-id`` (KNA_REQ_XYSCAN, id of the example): printed 90, 06;
+        encoded A0 06.
     """
 
     __slots__ = ("param1", "param2")
@@ -5306,8 +5327,8 @@ class NtSetTnaDispSettings(FramedMessage):
 
     :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
 
-    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
-        list.
+    Erratum ``apt37-list-nt-cube-settings`` (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of
+        the NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
     """
 
     __slots__ = ("disp_intensity",)
@@ -5374,8 +5395,8 @@ class NtReqTnaDispSettings(FramedMessage):
 
     :param param1: always 0x01.
 
-    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
-        list.
+    Erratum ``apt37-list-nt-cube-settings`` (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of
+        the NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
     """
 
     __slots__ = ("param1", "param2")
@@ -5444,8 +5465,8 @@ class NtGetTnaDispSettings(FramedMessage):
 
     :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
 
-    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
-        list.
+    Erratum ``apt37-list-nt-cube-settings`` (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of
+        the NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
     """
 
     __slots__ = ("disp_intensity",)
@@ -5523,12 +5544,16 @@ class NtSetTnaIoSettings(FramedMessage):
         from 0 to 65535.
     :param sign_io_route: only on the KNA101; :class:`~.SignalIoRoute`; from 0 to 65535.
 
-    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
-        list.
-    Erratum ``apt37-tna-io-breakdown``: printed 0 to 5V for 02, 00; encoded 0 to 10 V.
-    Erratum ``apt37-tna-io-example-bits``: printed 01, 10 and 00, 10; encoded 11 00 and 10 00.
-    Erratum ``apt37-tnaiosettings-bits``: printed 75v; encoded nothing.
-    Erratum ``apt37-tnaiosettings-length``: printed 04 00; encoded 08 00.
+    Erratum ``apt37-list-nt-cube-settings`` (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of
+        the NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
+    Erratum ``apt37-tna-io-breakdown`` (NT_SET_TNAIOSETTINGS, range in the breakdown): printed 0 to
+        5V for 02, 00; encoded 0 to 10 V.
+    Erratum ``apt37-tna-io-example-bits`` (NT_SET_TNAIOSETTINGS, bits of the example): printed 01,
+        10 and 00, 10; encoded 11 00 and 10 00.
+    Erratum ``apt37-tnaiosettings-bits`` (NT_SET_TNAIOSETTINGS, bits of the KNA101): printed 75v;
+        encoded nothing.
+    Erratum ``apt37-tnaiosettings-length`` (NT_SET_TNAIOSETTINGS and NT_GET_TNAIOSETTINGS, length):
+        printed 04 00; encoded 08 00.
     """
 
     __slots__ = ("hv_out_range", "lv_out_range", "lv_out_route", "sign_io_route")
@@ -5633,8 +5658,8 @@ class NtReqTnaIoSettings(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
-        list.
+    Erratum ``apt37-list-nt-cube-settings`` (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of
+        the NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -5710,9 +5735,10 @@ class NtGetTnaIoSettings(FramedMessage):
         from 0 to 65535.
     :param sign_io_route: only on the KNA101; :class:`~.SignalIoRoute`; from 0 to 65535.
 
-    Erratum ``apt37-list-nt-cube-settings``: printed NT_SET_TNA_DISPSETTINGS; encoded not in the
-        list.
-    Erratum ``apt37-tnaiosettings-length``: printed 04 00; encoded 08 00.
+    Erratum ``apt37-list-nt-cube-settings`` (NT_TNA_DISPSETTINGS and NT_TNAIOSETTINGS in the list of
+        the NanoTraks): printed NT_SET_TNA_DISPSETTINGS; encoded not in the list.
+    Erratum ``apt37-tnaiosettings-length`` (NT_SET_TNAIOSETTINGS and NT_GET_TNAIOSETTINGS, length):
+        printed 04 00; encoded 08 00.
     """
 
     __slots__ = ("hv_out_range", "lv_out_range", "lv_out_route", "sign_io_route")

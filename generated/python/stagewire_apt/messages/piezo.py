@@ -140,7 +140,8 @@ class PzSetPosControlMode(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param mode: :class:`~.PositionControlMode`; from 0 to 255.
 
-    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-kna101-vendor-software`` (Messages that the list of the KNA101 omits):
+        printed nothing; encoded HW_GET_KCUBEMMILOCK.
     """
 
     __slots__ = ("chan_ident", "mode")
@@ -209,7 +210,8 @@ class PzReqPosControlMode(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-kna101-vendor-software`` (Messages that the list of the KNA101 omits):
+        printed nothing; encoded HW_GET_KCUBEMMILOCK.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -282,7 +284,8 @@ class PzGetPosControlMode(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param mode: :class:`~.PositionControlMode`; from 0 to 255.
 
-    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-kna101-vendor-software`` (Messages that the list of the KNA101 omits):
+        printed nothing; encoded HW_GET_KCUBEMMILOCK.
     """
 
     __slots__ = ("chan_ident", "mode")
@@ -354,9 +357,10 @@ class PzSetOutputVolts(FramedMessage):
     :param voltage: Share of the maximum output voltage setting; 32767 is 100 %; in counts; scale to
         V depends on maximum_volts; from -32768 to 32767.
 
-    Erratum ``apt-signed-range-7fff``: printed -32768 to 32767 (-7FFF to 7FFF); encoded -32768 to
-        32767, with 32767 for 100%.
-    Erratum ``apt37-piezo-outputvolts-hexadecimal``: printed -7FFF; encoded -32768.
+    Erratum ``apt-signed-range-7fff`` (Piezo voltages): printed -32768 to 32767 (-7FFF to 7FFF);
+        encoded -32768 to 32767, with 32767 for 100%.
+    Erratum ``apt37-piezo-outputvolts-hexadecimal`` (PZ_SET_OUTPUTVOLTS and PZ_GET_PZSTATUSUPDATE,
+        lowest voltage in hexadecimal): printed -7FFF; encoded -32768.
     """
 
     __slots__ = ("chan_ident", "voltage")
@@ -582,8 +586,10 @@ class PzSetOutputPos(FramedMessage):
     :param position_sw: Share of the maximum travel; 32767 is 100 %; in counts; scale to um depends
         on maximum_travel; from 0 to 32767.
 
-    Erratum ``apt-outputpos-example-position``: printed 66 26 for 15 µm of 100 µm; encoded 33 13.
-    Erratum ``apt37-list-ct1p-outputpos``: printed nothing; encoded PZ_SET_OUTPUTPOS.
+    Erratum ``apt-outputpos-example-position`` (PZ_SET_OUTPUTPOS, worked example): printed 66 26 for
+        15 µm of 100 µm; encoded 33 13.
+    Erratum ``apt37-list-ct1p-outputpos`` (PZ_SET_OUTPUTPOS in the list of the CT1P): printed
+        nothing; encoded PZ_SET_OUTPUTPOS.
     """
 
     __slots__ = ("chan_ident", "position_sw")
@@ -884,9 +890,12 @@ class PzReqMaxTravel(FramedMessage):
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
-    Erratum ``apt37-list-bpc30x-maxtravel``: printed nothing; encoded PZ_GET_MAXTRAVEL.
-    Erratum ``apt37-piezo-request-channel-fixed``: printed 01; encoded chan_ident.
+    Erratum ``apt-request-channel-fixed`` (Requests with a fixed channel): printed 01 in byte 2;
+        encoded Chan Ident in byte 2.
+    Erratum ``apt37-list-bpc30x-maxtravel`` (PZ_MAXTRAVEL in the list of the BPC30x): printed
+        nothing; encoded PZ_GET_MAXTRAVEL.
+    Erratum ``apt37-piezo-request-channel-fixed`` (Requests with a fixed channel, or a channel of
+        another name): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -959,13 +968,18 @@ class PzGetMaxTravel(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param travel: in steps of 100 nm; no format is printed; in counts of 1/10 um; from 0 to 65535.
 
-    Erratum ``apt-list-bpc30x-maxtravel``: printed PZ_SET_OUTPUTMAXVOLTS and no PZ_GET_MAXTRAVEL;
-        encoded also PZ_GET_MAXTRAVEL.
-    Erratum ``apt-maxtravel-example-addresses``: printed 01 A2; encoded 81 22.
-    Erratum ``apt-maxtravel-format-missing``: printed no format of Travel; encoded word.
-    Erratum ``apt-maxtravel-unit``: printed a value (in microns); encoded steps of 100 nm.
-    Erratum ``apt37-list-bpc30x-maxtravel``: printed nothing; encoded PZ_GET_MAXTRAVEL.
-    Erratum ``apt37-piezo-formats-missing``: printed nothing; encoded word.
+    Erratum ``apt-list-bpc30x-maxtravel`` (List of the BPC30x series, PZ_GET_MAXTRAVEL): printed
+        PZ_SET_OUTPUTMAXVOLTS and no PZ_GET_MAXTRAVEL; encoded also PZ_GET_MAXTRAVEL.
+    Erratum ``apt-maxtravel-example-addresses`` (PZ_GET_MAXTRAVEL, worked example): printed 01 A2;
+        encoded 81 22.
+    Erratum ``apt-maxtravel-format-missing`` (PZ_GET_MAXTRAVEL, field table): printed no format of
+        Travel; encoded word.
+    Erratum ``apt-maxtravel-unit`` (PZ_GET_MAXTRAVEL, travel): printed a value (in microns); encoded
+        steps of 100 nm.
+    Erratum ``apt37-list-bpc30x-maxtravel`` (PZ_MAXTRAVEL in the list of the BPC30x): printed
+        nothing; encoded PZ_GET_MAXTRAVEL.
+    Erratum ``apt37-piezo-formats-missing`` (Formats that the field tables omit): printed nothing;
+        encoded word.
     """
 
     __slots__ = ("chan_ident", "travel")
@@ -1045,7 +1059,8 @@ class PzSetInputVoltsSrc(FramedMessage):
     :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`;
         from 0 to 65535.
 
-    Erratum ``apt37-piezo-inputvoltssrc-zero``: printed software only; encoded nothing.
+    Erratum ``apt37-piezo-inputvoltssrc-zero`` (PZ_SET_INPUTVOLTSSRC, software only): printed
+        software only; encoded nothing.
     """
 
     __slots__ = ("chan_ident", "volt_src")
@@ -1278,7 +1293,8 @@ class PzSetPiConsts(FramedMessage):
     :param prop_const: proportional term; from 0 to 255.
     :param int_const: integral term; from 0 to 255.
 
-    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-kna101-vendor-software`` (Messages that the list of the KNA101 omits):
+        printed nothing; encoded HW_GET_KCUBEMMILOCK.
     """
 
     __slots__ = ("chan_ident", "int_const", "prop_const")
@@ -1359,7 +1375,8 @@ class PzReqPiConsts(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-kna101-vendor-software`` (Messages that the list of the KNA101 omits):
+        printed nothing; encoded HW_GET_KCUBEMMILOCK.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1433,7 +1450,8 @@ class PzGetPiConsts(FramedMessage):
     :param prop_const: proportional term; from 0 to 255.
     :param int_const: integral term; from 0 to 255.
 
-    Erratum ``apt37-list-kna101-vendor-software``: printed nothing; encoded HW_GET_KCUBEMMILOCK.
+    Erratum ``apt37-list-kna101-vendor-software`` (Messages that the list of the KNA101 omits):
+        printed nothing; encoded HW_GET_KCUBEMMILOCK.
     """
 
     __slots__ = ("chan_ident", "int_const", "prop_const")
@@ -1581,10 +1599,10 @@ class PzReqPzStatusBits(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
-        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
-        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
-        printed.
+    Erratum ``apt-lists-against-chapters`` (Lists of messages against the chapters): printed TPZ001
+        without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+        TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without
+        MOT_MOVE_STOPPED; encoded the lists as printed.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1658,14 +1676,16 @@ class PzGetPzStatusBits(FramedMessage):
     :param status_bits: The meaning depends on the controller; tables are printed for the TPZ001 and
         the BPC series only; :class:`~.BpcStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
-        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
-        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
-        printed.
-    Erratum ``apt-pz-digital-input-8-mask``: printed 0x0800000 for bit 28; encoded 0x08000000.
-    Erratum ``apt-pz-status-bits-13-15``: printed bits 13 to 15 on page 102, for future use on page
-        104; encoded the maximum voltage of the BPC30x in both.
-    Erratum ``apt37-piezo-status-bits-of-page-206``: printed nothing; encoded hardware_75v.
+    Erratum ``apt-lists-against-chapters`` (Lists of messages against the chapters): printed TPZ001
+        without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+        TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without
+        MOT_MOVE_STOPPED; encoded the lists as printed.
+    Erratum ``apt-pz-digital-input-8-mask`` (BPC status bits, digital input 8): printed 0x0800000
+        for bit 28; encoded 0x08000000.
+    Erratum ``apt-pz-status-bits-13-15`` (BPC status bits): printed bits 13 to 15 on page 102, for
+        future use on page 104; encoded the maximum voltage of the BPC30x in both.
+    Erratum ``apt37-piezo-status-bits-of-page-206`` (PZ_GET_PZSTATUSUPDATE, bits 13 to 15 of the BPC
+        series): printed nothing; encoded hardware_75v.
     """
 
     __slots__ = ("chan_ident", "status_bits")
@@ -1744,8 +1764,10 @@ class PzReqPzStatusUpdate(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-list-ct1p-status-id``: printed 0x0661; encoded 0x0660.
-    Erratum ``apt37-list-kpz101-status``: printed nothing; encoded PZ_REQ_PZSTATUSUPDATE.
+    Erratum ``apt37-list-ct1p-status-id`` (PZ_REQ_PZSTATUSUPDATE in the list of the CT1P): printed
+        0x0661; encoded 0x0660.
+    Erratum ``apt37-list-kpz101-status`` (PZ_REQ_PZSTATUSUPDATE in the lists of the KPZ101): printed
+        nothing; encoded PZ_REQ_PZSTATUSUPDATE.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1824,20 +1846,24 @@ class PzGetPzStatusUpdate(FramedMessage):
     :param status_bits: The meaning depends on the controller; tables are printed for the TPZ001 and
         the BPC series only; :class:`~.BpcStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt-always-chan1``: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2;
-        the notes say what the page says.
-    Erratum ``apt-pz-digital-input-8-mask``: printed 0x0800000 for bit 28; encoded 0x08000000.
-    Erratum ``apt-pz-status-bits-13-15``: printed bits 13 to 15 on page 102, for future use on page
-        104; encoded the maximum voltage of the BPC30x in both.
-    Erratum ``apt-pzstatusupdate-header``: printed 91 04 0E 00; encoded 61 06 0A 00.
-    Erratum ``apt-pzstatusupdate-no-request``: printed sent each time the function is called;
-        encoded no request in this issue.
-    Erratum ``apt-signed-range-7fff``: printed -32768 to 32767 (-7FFF to 7FFF); encoded -32768 to
-        32767, with 32767 for 100%.
-    Erratum ``apt37-kpz-digital-inputs``: printed logic inputs are read in the status bits; encoded
-        no status bit of the KPZ101 for them.
-    Erratum ``apt37-piezo-outputvolts-hexadecimal``: printed -7FFF; encoded -32768.
-    Erratum ``apt37-piezo-status-bits-of-page-206``: printed nothing; encoded hardware_75v.
+    Erratum ``apt-always-chan1`` (Channel of status updates and of PZ_SET_IOSETTINGS): printed the
+        channel is always P_MOD_CHAN1; encoded channel 1 or 2; the notes say what the page says.
+    Erratum ``apt-pz-digital-input-8-mask`` (BPC status bits, digital input 8): printed 0x0800000
+        for bit 28; encoded 0x08000000.
+    Erratum ``apt-pz-status-bits-13-15`` (BPC status bits): printed bits 13 to 15 on page 102, for
+        future use on page 104; encoded the maximum voltage of the BPC30x in both.
+    Erratum ``apt-pzstatusupdate-header`` (PZ_GET_PZSTATUSUPDATE, byte table): printed 91 04 0E 00;
+        encoded 61 06 0A 00.
+    Erratum ``apt-pzstatusupdate-no-request`` (PZ_GET_PZSTATUSUPDATE): printed sent each time the
+        function is called; encoded no request in this issue.
+    Erratum ``apt-signed-range-7fff`` (Piezo voltages): printed -32768 to 32767 (-7FFF to 7FFF);
+        encoded -32768 to 32767, with 32767 for 100%.
+    Erratum ``apt37-kpz-digital-inputs`` (KPZ101, logic inputs in the status bits): printed logic
+        inputs are read in the status bits; encoded no status bit of the KPZ101 for them.
+    Erratum ``apt37-piezo-outputvolts-hexadecimal`` (PZ_SET_OUTPUTVOLTS and PZ_GET_PZSTATUSUPDATE,
+        lowest voltage in hexadecimal): printed -7FFF; encoded -32768.
+    Erratum ``apt37-piezo-status-bits-of-page-206`` (PZ_GET_PZSTATUSUPDATE, bits 13 to 15 of the BPC
+        series): printed nothing; encoded hardware_75v.
     """
 
     __slots__ = ("chan_ident", "op_voltage", "position", "status_bits")
@@ -1927,12 +1953,12 @@ class PzAckPzStatusUpdate(FramedMessage):
 
     Also described in Issue 37, page 207.
 
-    Erratum ``apt-ack-fifty``: printed stops responding after ~50 commands; encoded stops sending
-        status messages after 50 of them.
-    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
-        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
-        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
-        printed.
+    Erratum ``apt-ack-fifty`` (MOT_ACK_DCSTATUSUPDATE and PZ_ACK_PZSTATUSUPDATE): printed stops
+        responding after ~50 commands; encoded stops sending status messages after 50 of them.
+    Erratum ``apt-lists-against-chapters`` (Lists of messages against the chapters): printed TPZ001
+        without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+        TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without
+        MOT_MOVE_STOPPED; encoded the lists as printed.
     """
 
     __slots__ = ("param1", "param2")
@@ -2011,12 +2037,14 @@ class PzSetIoSettings(FramedMessage):
         sent as zero.
     :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`; from 0 to 65535.
 
-    Erratum ``apt-always-chan1``: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2;
-        the notes say what the page says.
-    Erratum ``apt-iosettings-formats-missing``: printed no format of FeedbackSig and BNCTrigORLVOut;
+    Erratum ``apt-always-chan1`` (Channel of status updates and of PZ_SET_IOSETTINGS): printed the
+        channel is always P_MOD_CHAN1; encoded channel 1 or 2; the notes say what the page says.
+    Erratum ``apt-iosettings-formats-missing`` (PZ_SET_IOSETTINGS, field table): printed no format
+        of FeedbackSig and BNCTrigORLVOut; encoded word.
+    Erratum ``apt-iosettings-length`` (PZ_SET_IOSETTINGS and PZ_GET_IOSETTINGS, byte tables):
+        printed 0E 00; encoded 0A 00.
+    Erratum ``apt37-piezo-formats-missing`` (Formats that the field tables omit): printed nothing;
         encoded word.
-    Erratum ``apt-iosettings-length``: printed 0E 00; encoded 0A 00.
-    Erratum ``apt37-piezo-formats-missing``: printed nothing; encoded word.
     """
 
     __slots__ = (
@@ -2145,7 +2173,8 @@ class PzReqIoSettings(FramedMessage):
     :param chan_ident: this byte is lost in the scan of the table; :class:`~.Channel`; from 0 to
         255.
 
-    Erratum ``apt37-piezo-request-channel-fixed``: printed 01; encoded chan_ident.
+    Erratum ``apt37-piezo-request-channel-fixed`` (Requests with a fixed channel, or a channel of
+        another name): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2222,7 +2251,8 @@ class PzGetIoSettings(FramedMessage):
         sent as zero.
     :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`; from 0 to 65535.
 
-    Erratum ``apt-iosettings-length``: printed 0E 00; encoded 0A 00.
+    Erratum ``apt-iosettings-length`` (PZ_SET_IOSETTINGS and PZ_GET_IOSETTINGS, byte tables):
+        printed 0E 00; encoded 0A 00.
     """
 
     __slots__ = (
@@ -2359,12 +2389,15 @@ class PzSetOutputMaxVolts(FramedMessage):
         V; from 0 to 1500.
     :param flags: ignored in a set; :class:`~.OutputMaxVoltsFlags`; from 0 to 65535; default 0.
 
-    Erratum ``apt-outputmaxvolts-flag-150v``: printed 0x05; 08, 00 in both worked examples, which no
-        row of the table has; encoded 0x08.
-    Erratum ``apt-outputmaxvolts-length``: printed 0C 00; encoded 06 00.
-    Erratum ``apt-outputmaxvolts-values``: printed 0 to 1500; either 750, 1000 or 1500; encoded 0 to
-        1500 in steps of 0.1 V, in both.
-    Erratum ``apt37-piezo-outputmaxvolts-flag-150v``: printed voltagelimit_150v; encoded nothing.
+    Erratum ``apt-outputmaxvolts-flag-150v`` (PZ_GET_OUTPUTMAXVOLTS, flag VOLTAGELIMIT_150V):
+        printed 0x05; 08, 00 in both worked examples, which no row of the table has; encoded 0x08.
+    Erratum ``apt-outputmaxvolts-length`` (PZ_SET_OUTPUTMAXVOLTS, byte table): printed 0C 00;
+        encoded 06 00.
+    Erratum ``apt-outputmaxvolts-values`` (PZ_SET_OUTPUTMAXVOLTS and PZ_GET_OUTPUTMAXVOLTS,
+        voltage): printed 0 to 1500; either 750, 1000 or 1500; encoded 0 to 1500 in steps of 0.1 V,
+        in both.
+    Erratum ``apt37-piezo-outputmaxvolts-flag-150v`` (PZ_GET_OUTPUTMAXVOLTS, flag
+        VOLTAGELIMIT_150V): printed voltagelimit_150v; encoded nothing.
     """
 
     __slots__ = ("chan_ident", "flags", "voltage")
@@ -2450,8 +2483,10 @@ class PzReqOutputMaxVolts(FramedMessage):
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
-    Erratum ``apt37-piezo-request-channel-fixed``: printed 01; encoded chan_ident.
+    Erratum ``apt-request-channel-fixed`` (Requests with a fixed channel): printed 01 in byte 2;
+        encoded Chan Ident in byte 2.
+    Erratum ``apt37-piezo-request-channel-fixed`` (Requests with a fixed channel, or a channel of
+        another name): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2527,14 +2562,18 @@ class PzGetOutputMaxVolts(FramedMessage):
         V; from 0 to 1500.
     :param flags: ignored in a set; :class:`~.OutputMaxVoltsFlags`; from 0 to 65535; default 0.
 
-    Erratum ``apt-outputmaxvolts-flag-150v``: printed 0x05; 08, 00 in both worked examples, which no
-        row of the table has; encoded 0x08.
-    Erratum ``apt-outputmaxvolts-get-addresses``: printed D0 01; encoded 81 50.
-    Erratum ``apt-outputmaxvolts-values``: printed 0 to 1500; either 750, 1000 or 1500; encoded 0 to
-        1500 in steps of 0.1 V, in both.
-    Erratum ``apt-voltage-limit-values``: printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on
-        page 122; encoded values of an enumeration on page 115, bits on page 122.
-    Erratum ``apt37-piezo-outputmaxvolts-flag-150v``: printed voltagelimit_150v; encoded nothing.
+    Erratum ``apt-outputmaxvolts-flag-150v`` (PZ_GET_OUTPUTMAXVOLTS, flag VOLTAGELIMIT_150V):
+        printed 0x05; 08, 00 in both worked examples, which no row of the table has; encoded 0x08.
+    Erratum ``apt-outputmaxvolts-get-addresses`` (PZ_GET_OUTPUTMAXVOLTS, worked example): printed D0
+        01; encoded 81 50.
+    Erratum ``apt-outputmaxvolts-values`` (PZ_SET_OUTPUTMAXVOLTS and PZ_GET_OUTPUTMAXVOLTS,
+        voltage): printed 0 to 1500; either 750, 1000 or 1500; encoded 0 to 1500 in steps of 0.1 V,
+        in both.
+    Erratum ``apt-voltage-limit-values`` (VOLTAGELIMIT_75V, VOLTAGELIMIT_100V and
+        VOLTAGELIMIT_150V): printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on page 122;
+        encoded values of an enumeration on page 115, bits on page 122.
+    Erratum ``apt37-piezo-outputmaxvolts-flag-150v`` (PZ_GET_OUTPUTMAXVOLTS, flag
+        VOLTAGELIMIT_150V): printed voltagelimit_150v; encoded nothing.
     """
 
     __slots__ = ("chan_ident", "flags", "voltage")
@@ -2627,11 +2666,12 @@ class PzSetTpzSlewRates(FramedMessage):
     :param slew_closed: closed loop; same values as in open loop; in counts; scale to V/ms depends
         on maximum_volts; from 0 to 32767.
 
-    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
-        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
-        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
-        printed.
-    Erratum ``apt-slewrates-cut``: printed F2 04 (1266) for 10 V/ms; encoded F3 04 (1267).
+    Erratum ``apt-lists-against-chapters`` (Lists of messages against the chapters): printed TPZ001
+        without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+        TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without
+        MOT_MOVE_STOPPED; encoded the lists as printed.
+    Erratum ``apt-slewrates-cut`` (PZ_SET_TPZ_SLEWRATES, worked example): printed F2 04 (1266) for
+        10 V/ms; encoded F3 04 (1267).
     """
 
     __slots__ = ("chan_ident", "slew_closed", "slew_open")
@@ -2710,8 +2750,10 @@ class PzReqTpzSlewRates(FramedMessage):
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
-    Erratum ``apt37-piezo-request-channel-fixed``: printed 01; encoded chan_ident.
+    Erratum ``apt-request-channel-fixed`` (Requests with a fixed channel): printed 01 in byte 2;
+        encoded Chan Ident in byte 2.
+    Erratum ``apt37-piezo-request-channel-fixed`` (Requests with a fixed channel, or a channel of
+        another name): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2868,7 +2910,8 @@ class MotSetPzStageParamDefaults(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-pzstageparamdefaults-table-id``: printed 58 06; encoded 86 06.
+    Erratum ``apt-pzstageparamdefaults-table-id`` (MOT_SET_PZSTAGEPARAMDEFAULTS, byte table):
+        printed 58 06; encoded 86 06.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2953,8 +2996,10 @@ class PzSetPpcPidConsts(FramedMessage):
         gives no unit. From 0 to 10000; default 1000.
     :param pid_deriv_filter_on: :class:`~.DerivativeFilter`; from 0 to 65535.
 
-    Erratum ``apt37-ppc-float``: printed float; encoded word.
-    Erratum ``apt37-ppc-h2719``: printed H2719; encoded 10000.
+    Erratum ``apt37-ppc-float`` (PZ_SET_PPC_PIDCONSTS and PZ_SET_PPC_NOTCHPARAMS, formats): printed
+        float; encoded word.
+    Erratum ``apt37-ppc-h2719`` (PZ_SET_PPC_PIDCONSTS, ranges in hexadecimal): printed H2719;
+        encoded 10000.
     """
 
     __slots__ = (
@@ -3154,7 +3199,8 @@ class PzGetPpcPidConsts(FramedMessage):
         gives no unit. From 0 to 10000; default 1000.
     :param pid_deriv_filter_on: :class:`~.DerivativeFilter`; from 0 to 65535.
 
-    Erratum ``apt37-ppc-get-sizes``: printed 12; encoded 18.
+    Erratum ``apt37-ppc-get-sizes`` (PZ_GET_PPC_PIDCONSTS and PZ_GET_PPC_NOTCHPARAMS, sizes):
+        printed 12; encoded 18.
     """
 
     __slots__ = (
@@ -3297,10 +3343,12 @@ class PzSetPpcNotchParams(FramedMessage):
         as in the example; from 0 to 100.
     :param notch_filter2_on: :class:`~.NotchFilterState`; from 0 to 65535.
 
-    Erratum ``apt37-ppc-float``: printed float; encoded word.
-    Erratum ``apt37-ppc-notch-example-filter2``: printed 0 for the frequency, the Q factor and the
-        state of filter 2; encoded the printed values.
-    Erratum ``apt37-ppc-notch-ranges``: printed 20; encoded 0.
+    Erratum ``apt37-ppc-float`` (PZ_SET_PPC_PIDCONSTS and PZ_SET_PPC_NOTCHPARAMS, formats): printed
+        float; encoded word.
+    Erratum ``apt37-ppc-notch-example-filter2`` (PZ_SET_PPC_NOTCHPARAMS, filter 2 in the example):
+        printed 0 for the frequency, the Q factor and the state of filter 2; encoded the printed
+        values.
+    Erratum ``apt37-ppc-notch-ranges`` (PZ_SET_PPC_NOTCHPARAMS, ranges): printed 20; encoded 0.
     """
 
     __slots__ = (
@@ -3529,7 +3577,8 @@ class PzGetPpcNotchParams(FramedMessage):
         as in the example; from 0 to 100.
     :param notch_filter2_on: :class:`~.NotchFilterState`; from 0 to 65535.
 
-    Erratum ``apt37-ppc-get-sizes``: printed 12; encoded 18.
+    Erratum ``apt37-ppc-get-sizes`` (PZ_GET_PPC_PIDCONSTS and PZ_GET_PPC_NOTCHPARAMS, sizes):
+        printed 12; encoded 18.
     """
 
     __slots__ = (
@@ -3695,8 +3744,9 @@ class PzSetPpcIoSettings(FramedMessage):
     :param reserved: a C header of the vendor has the polarity of the feedback here, 0 or 0xFFFF;
         reserved, sent as zero.
 
-    Erratum ``apt37-ct1p-messages-of-others``: printed only for PPC001 and PPC102, and only for
-        KPZ101; the list of the CT1P has them; encoded the CT1P has them, as its list says.
+    Erratum ``apt37-ct1p-messages-of-others`` (Messages of the CT1P): printed only for PPC001 and
+        PPC102, and only for KPZ101; the list of the CT1P has them; encoded the CT1P has them, as
+        its list says.
     """
 
     __slots__ = (
@@ -3828,7 +3878,8 @@ class PzReqPpcIoSettings(FramedMessage):
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-piezo-request-channel-fixed``: printed 01; encoded chan_ident.
+    Erratum ``apt37-piezo-request-channel-fixed`` (Requests with a fixed channel, or a channel of
+        another name): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4272,9 +4323,11 @@ class PzSetPidCriteria(FramedMessage):
     :param reserved_2: reserved, sent as zero.
     :param reserved_3: reserved, sent as zero.
 
-    Erratum ``apt37-ct1p-channel-word``: printed nothing; encoded chan_ident.
-    Erratum ``apt37-ct1p-length``: printed 0A 00; encoded 0E 00.
-    Erratum ``apt37-pidcriteria-values``: printed 40 and 41, without 0x; encoded 0x40 and 0x41.
+    Erratum ``apt37-ct1p-channel-word`` (PZ_SET_PIDCRITERIA, channel and criterion): printed
+        nothing; encoded chan_ident.
+    Erratum ``apt37-ct1p-length`` (PZ_SET_PIDCRITERIA, length): printed 0A 00; encoded 0E 00.
+    Erratum ``apt37-pidcriteria-values`` (PZ_SET_PIDCRITERIA, criteria): printed 40 and 41, without
+        0x; encoded 0x40 and 0x41.
     """
 
     __slots__ = (
@@ -4432,13 +4485,15 @@ class PzSetOutputLut(FramedMessage):
     :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions is
         not documented. In counts; unit and scale depend on lut_value_type; from -32768 to 32767.
 
-    Erratum ``apt-lut-bandwidth``: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC,
-        4 kHz for TPZ.
-    Erratum ``apt-lut-limits-by-unit``: printed at most 8000 samples per channel; 0 to 7999 for BPC
-        and MPZ, 0 to 512 for TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
-    Erratum ``apt-lut-meaning``: printed decided by the loop mode at output; encoded decided by
-        PZ_SET_LUTVALUETYPE before the download.
-    Erratum ``apt37-piezo-lut-limits-by-unit``: printed 512; encoded 7999.
+    Erratum ``apt-lut-bandwidth`` (Rate of the waveform output): printed 7KHz for all units; encoded
+        7 kHz for MPZ, 1 kHz for BPC, 4 kHz for TPZ.
+    Erratum ``apt-lut-limits-by-unit`` (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits that
+        depend on the unit): printed at most 8000 samples per channel; 0 to 7999 for BPC and MPZ, 0
+        to 512 for TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
+    Erratum ``apt-lut-meaning`` (Meaning of waveform samples): printed decided by the loop mode at
+        output; encoded decided by PZ_SET_LUTVALUETYPE before the download.
+    Erratum ``apt37-piezo-lut-limits-by-unit`` (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits
+        that depend on the unit): printed 512; encoded 7999.
     """
 
     __slots__ = ("chan_ident", "index", "output")
@@ -4693,23 +4748,28 @@ class PzSetOutputLutParams(FramedMessage):
         Above cycle_length, no trigger repeats within a cycle. Only with
         outputlut_outputtrig_repeat. From 0 to 7999.
 
-    Erratum ``apt-lut-bandwidth``: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC,
-        4 kHz for TPZ.
-    Erratum ``apt-lut-falling-edge``: printed falling edge (5V to 6V); encoded falling edge (5V to
-        0V).
-    Erratum ``apt-lut-limits-by-unit``: printed at most 8000 samples per channel; 0 to 7999 for BPC
-        and MPZ, 0 to 512 for TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
-    Erratum ``apt-lut-long-range``: printed up to 2147483648; encoded up to 2147483647.
-    Erratum ``apt-lut-ranges``: printed cycle length up to 7999, trigger start up to 8000 and less
-        than the cycle length, 8000 samples; encoded both ends as printed, 7999 and 8000.
-    Erratum ``apt-outputlutparams-breakdown-length``: printed Header: 03, 07, 06, 00; encoded 03,
-        07, 1E, 00.
-    Erratum ``apt-outputlutparams-breakdown-order``: printed 00, 28; 00, 00, 00, 14; 00, 64; encoded
-        28 00; 14 00 00 00; 64 00.
-    Erratum ``apt-outputlutparams-trigger-start``: printed values in the range 1 to 8000; the worked
-        example sets 0; encoded 0 to 8000.
-    Erratum ``apt37-piezo-lut-limits-by-unit``: printed 512; encoded 7999.
-    Erratum ``apt37-piezo-lut-ranges``: printed 2147483648; encoded 2147483647.
+    Erratum ``apt-lut-bandwidth`` (Rate of the waveform output): printed 7KHz for all units; encoded
+        7 kHz for MPZ, 1 kHz for BPC, 4 kHz for TPZ.
+    Erratum ``apt-lut-falling-edge`` (PZ_SET_OUTPUTLUTPARAMS, output trigger sense): printed falling
+        edge (5V to 6V); encoded falling edge (5V to 0V).
+    Erratum ``apt-lut-limits-by-unit`` (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits that
+        depend on the unit): printed at most 8000 samples per channel; 0 to 7999 for BPC and MPZ, 0
+        to 512 for TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
+    Erratum ``apt-lut-long-range`` (PZ_SET_OUTPUTLUTPARAMS, counts of format long): printed up to
+        2147483648; encoded up to 2147483647.
+    Erratum ``apt-lut-ranges`` (PZ_SET_OUTPUTLUTPARAMS, cycle length and trigger start): printed
+        cycle length up to 7999, trigger start up to 8000 and less than the cycle length, 8000
+        samples; encoded both ends as printed, 7999 and 8000.
+    Erratum ``apt-outputlutparams-breakdown-length`` (PZ_SET_OUTPUTLUTPARAMS, breakdown): printed
+        Header: 03, 07, 06, 00; encoded 03, 07, 1E, 00.
+    Erratum ``apt-outputlutparams-breakdown-order`` (PZ_SET_OUTPUTLUTPARAMS, breakdown): printed 00,
+        28; 00, 00, 00, 14; 00, 64; encoded 28 00; 14 00 00 00; 64 00.
+    Erratum ``apt-outputlutparams-trigger-start`` (PZ_SET_OUTPUTLUTPARAMS, worked example): printed
+        values in the range 1 to 8000; the worked example sets 0; encoded 0 to 8000.
+    Erratum ``apt37-piezo-lut-limits-by-unit`` (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits
+        that depend on the unit): printed 512; encoded 7999.
+    Erratum ``apt37-piezo-lut-ranges`` (PZ_SET_OUTPUTLUTPARAMS, ranges of the times and of the
+        trigger): printed 2147483648; encoded 2147483647.
     """
 
     __slots__ = (
@@ -4987,8 +5047,10 @@ class PzGetOutputLutParams(FramedMessage):
         Above cycle_length, no trigger repeats within a cycle. Only with
         outputlut_outputtrig_repeat. From 0 to 7999.
 
-    Erratum ``apt-get-outputlutparams-table-id``: printed 03 07; encoded 05 07.
-    Erratum ``apt37-piezo-get-table-ids``: printed 03 07; encoded 05 07.
+    Erratum ``apt-get-outputlutparams-table-id`` (PZ_GET_OUTPUTLUTPARAMS, byte table): printed 03
+        07; encoded 05 07.
+    Erratum ``apt37-piezo-get-table-ids`` (PZ_GET_OUTPUTLUTPARAMS and PZ_GET_TPZ_IOSETTINGS, byte
+        tables): printed 03 07; encoded 05 07.
     """
 
     __slots__ = (
@@ -5311,8 +5373,8 @@ class PzSetLutValueType(FramedMessage):
 
     :param lut_type: :class:`~.LutValueType`; from 0 to 255.
 
-    Erratum ``apt-lut-meaning``: printed decided by the loop mode at output; encoded decided by
-        PZ_SET_LUTVALUETYPE before the download.
+    Erratum ``apt-lut-meaning`` (Meaning of waveform samples): printed decided by the loop mode at
+        output; encoded decided by PZ_SET_LUTVALUETYPE before the download.
     """
 
     __slots__ = ("lut_type", "param2")
@@ -5458,11 +5520,12 @@ class PzSetTpzDispSettings(FramedMessage):
 
     :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
 
-    Erratum ``apt-dispsettings-percent``: printed 100 (40%); encoded 100 (39%).
-    Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
-        TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
-        message, TSC001 with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as
-        printed.
+    Erratum ``apt-dispsettings-percent`` (PZ_SET_TPZ_DISPSETTINGS, worked example): printed 100
+        (40%); encoded 100 (39%).
+    Erratum ``apt-lists-against-chapters`` (Lists of messages against the chapters): printed TPZ001
+        without status bits and slew rates, TSG001 with the display settings of the TPZ, BPC20x and
+        TPZ001 without a server-alive message, TSC001 with MOT_MOVE_STOP and without
+        MOT_MOVE_STOPPED; encoded the lists as printed.
     """
 
     __slots__ = ("disp_intensity",)
@@ -5681,12 +5744,15 @@ class PzSetTpzIoSettings(FramedMessage):
     :param future_use_1: reserved, sent as zero.
     :param future_use_2: reserved, sent as zero.
 
-    Erratum ``apt-future-use-rows-missing``: printed no rows for Future Use; encoded two reserved
-        fields at the end of each.
-    Erratum ``apt-tpz-iosettings-length``: printed 0E 00; encoded 0A 00.
-    Erratum ``apt-voltage-limit-values``: printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on
-        page 122; encoded values of an enumeration on page 115, bits on page 122.
-    Erratum ``apt37-piezo-reserved-rows-missing``: printed nothing; encoded word.
+    Erratum ``apt-future-use-rows-missing`` (PZ_SET_TPZ_IOSETTINGS and PZ_SET_TSG_IOSETTINGS, field
+        tables): printed no rows for Future Use; encoded two reserved fields at the end of each.
+    Erratum ``apt-tpz-iosettings-length`` (PZ_SET_TPZ_IOSETTINGS and PZ_GET_TPZ_IOSETTINGS, byte
+        tables): printed 0E 00; encoded 0A 00.
+    Erratum ``apt-voltage-limit-values`` (VOLTAGELIMIT_75V, VOLTAGELIMIT_100V and
+        VOLTAGELIMIT_150V): printed 0x01, 0x02, 0x03 on page 115; 0x02, 0x04, 0x05 on page 122;
+        encoded values of an enumeration on page 115, bits on page 122.
+    Erratum ``apt37-piezo-reserved-rows-missing`` (Rows of unused words in the field tables):
+        printed nothing; encoded word.
     """
 
     __slots__ = ("chan_ident", "future_use_1", "future_use_2", "hub_analog_input", "voltage_limit")
@@ -5798,8 +5864,10 @@ class PzReqTpzIoSettings(FramedMessage):
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
-    Erratum ``apt37-piezo-request-channel-fixed``: printed 01; encoded chan_ident.
+    Erratum ``apt-request-channel-fixed`` (Requests with a fixed channel): printed 01 in byte 2;
+        encoded Chan Ident in byte 2.
+    Erratum ``apt37-piezo-request-channel-fixed`` (Requests with a fixed channel, or a channel of
+        another name): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -5875,9 +5943,12 @@ class PzGetTpzIoSettings(FramedMessage):
     :param future_use_1: reserved, sent as zero.
     :param future_use_2: reserved, sent as zero.
 
-    Erratum ``apt-get-tpz-iosettings-table-id``: printed D4 07; encoded D6 07.
-    Erratum ``apt-tpz-iosettings-length``: printed 0E 00; encoded 0A 00.
-    Erratum ``apt37-piezo-get-table-ids``: printed 03 07; encoded 05 07.
+    Erratum ``apt-get-tpz-iosettings-table-id`` (PZ_GET_TPZ_IOSETTINGS, byte table): printed D4 07;
+        encoded D6 07.
+    Erratum ``apt-tpz-iosettings-length`` (PZ_SET_TPZ_IOSETTINGS and PZ_GET_TPZ_IOSETTINGS, byte
+        tables): printed 0E 00; encoded 0A 00.
+    Erratum ``apt37-piezo-get-table-ids`` (PZ_GET_OUTPUTLUTPARAMS and PZ_GET_TPZ_IOSETTINGS, byte
+        tables): printed 03 07; encoded 05 07.
     """
 
     __slots__ = ("chan_ident", "future_use_1", "future_use_2", "hub_analog_input", "voltage_limit")
@@ -5999,8 +6070,10 @@ class PzSetTsgIoSettings(FramedMessage):
     :param future_use_1: reserved, sent as zero.
     :param future_use_2: reserved, sent as zero.
 
-    Erratum ``apt37-piezo-force-calibration``: printed word; encoded dword.
-    Erratum ``apt37-piezo-reserved-rows-missing``: printed nothing; encoded word.
+    Erratum ``apt37-piezo-force-calibration`` (PZ_SET_TSG_IOSETTINGS, force calibration): printed
+        word; encoded dword.
+    Erratum ``apt37-piezo-reserved-rows-missing`` (Rows of unused words in the field tables):
+        printed nothing; encoded word.
     """
 
     __slots__ = (
@@ -6129,7 +6202,8 @@ class PzReqTsgIoSettings(FramedMessage):
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-piezo-request-channel-fixed``: printed 01; encoded chan_ident.
+    Erratum ``apt37-piezo-request-channel-fixed`` (Requests with a fixed channel, or a channel of
+        another name): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -6206,7 +6280,8 @@ class PzGetTsgIoSettings(FramedMessage):
     :param future_use_1: reserved, sent as zero.
     :param future_use_2: reserved, sent as zero.
 
-    Erratum ``apt37-piezo-force-calibration``: printed word; encoded dword.
+    Erratum ``apt37-piezo-force-calibration`` (PZ_SET_TSG_IOSETTINGS, force calibration): printed
+        word; encoded dword.
     """
 
     __slots__ = (
@@ -6414,13 +6489,16 @@ class PzGetTsgReading(FramedMessage):
     :param smoothed: Smoothed reading. Neither range nor unit is printed, and a word cannot hold
         negative readings. From 0 to 65535.
 
-    Erratum ``apt-tsg-reading-columns``: printed StatusBits in bytes 8 to 11; encoded Reading in
-        bytes 8 and 9, Smoothed in bytes 10 and 11.
-    Erratum ``apt-tsg-reading-example-addresses``: printed D0 00; d=D0, s=01 (PC); encoded 81 50.
-    Erratum ``apt-tsg-reading-range``: printed -32767 to 32768; encoded -32767 to 32767.
-    Erratum ``apt-tsg-reading-unit``: printed a position in microns, a voltage or newtons; encoded a
-        share of the maximum output, which is in one of these units.
-    Erratum ``apt37-piezo-tsg-reading-range``: printed 32768; encoded 32767.
+    Erratum ``apt-tsg-reading-columns`` (PZ_GET_TSG_READING, byte table): printed StatusBits in
+        bytes 8 to 11; encoded Reading in bytes 8 and 9, Smoothed in bytes 10 and 11.
+    Erratum ``apt-tsg-reading-example-addresses`` (PZ_GET_TSG_READING, worked example): printed D0
+        00; d=D0, s=01 (PC); encoded 81 50.
+    Erratum ``apt-tsg-reading-range`` (PZ_GET_TSG_READING, reading): printed -32767 to 32768;
+        encoded -32767 to 32767.
+    Erratum ``apt-tsg-reading-unit`` (PZ_GET_TSG_READING, reading): printed a position in microns, a
+        voltage or newtons; encoded a share of the maximum output, which is in one of these units.
+    Erratum ``apt37-piezo-tsg-reading-range`` (PZ_GET_TSG_READING, highest reading): printed 32768;
+        encoded 32767.
     """
 
     __slots__ = ("chan_ident", "reading", "smoothed")
@@ -6524,9 +6602,11 @@ class KpzSetKcubeMmiParams(FramedMessage):
     :param reserved_3: reserved, sent as zero.
     :param reserved_4: reserved, sent as zero.
 
-    Erratum ``apt37-ct1p-messages-of-others``: printed only for PPC001 and PPC102, and only for
-        KPZ101; the list of the CT1P has them; encoded the CT1P has them, as its list says.
-    Erratum ``apt37-piezo-reserved-rows-missing``: printed nothing; encoded word.
+    Erratum ``apt37-ct1p-messages-of-others`` (Messages of the CT1P): printed only for PPC001 and
+        PPC102, and only for KPZ101; the list of the CT1P has them; encoded the CT1P has them, as
+        its list says.
+    Erratum ``apt37-piezo-reserved-rows-missing`` (Rows of unused words in the field tables):
+        printed nothing; encoded word.
     """
 
     __slots__ = (
@@ -6729,7 +6809,8 @@ class KpzReqKcubeMmiParams(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-piezo-request-channel-fixed``: printed 01; encoded chan_ident.
+    Erratum ``apt37-piezo-request-channel-fixed`` (Requests with a fixed channel, or a channel of
+        another name): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -6818,7 +6899,7 @@ class KpzGetKcubeMmiParams(FramedMessage):
     :param reserved_3: reserved, sent as zero.
     :param reserved_4: reserved, sent as zero.
 
-    Erratum ``apt37-kpz-get-mmi-size``: printed 32; encoded 40.
+    Erratum ``apt37-kpz-get-mmi-size`` (KPZ_GET_KCUBEMMIPARAMS, size): printed 32; encoded 40.
     """
 
     __slots__ = (
@@ -7040,11 +7121,12 @@ class KpzSetKcubeTrigIoConfig(FramedMessage):
     :param reserved_5: reserved, sent as zero.
     :param reserved_6: reserved, sent as zero.
 
-    Erratum ``apt37-kpz-digital-inputs``: printed logic inputs are read in the status bits; encoded
-        no status bit of the KPZ101 for them.
-    Erratum ``apt37-kpz-trig-example-length``: printed a packet of 12 bytes, without the last ten;
-        encoded 22 bytes.
-    Erratum ``apt37-piezo-reserved-rows-missing``: printed nothing; encoded word.
+    Erratum ``apt37-kpz-digital-inputs`` (KPZ101, logic inputs in the status bits): printed logic
+        inputs are read in the status bits; encoded no status bit of the KPZ101 for them.
+    Erratum ``apt37-kpz-trig-example-length`` (KPZ_SET_KCUBETRIGIOCONFIG, length of the example):
+        printed a packet of 12 bytes, without the last ten; encoded 22 bytes.
+    Erratum ``apt37-piezo-reserved-rows-missing`` (Rows of unused words in the field tables):
+        printed nothing; encoded word.
     """
 
     __slots__ = (
@@ -7233,11 +7315,12 @@ class KpzSetKcubeTrigIoConfigShort(FramedMessage):
     :param trig2_polarity: active state of port TRIG2; :class:`~.TriggerPolarity`; from 0 to 65535.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-kpz-digital-inputs``: printed logic inputs are read in the status bits; encoded
-        no status bit of the KPZ101 for them.
-    Erratum ``apt37-kpz-trig-example-length``: printed a packet of 12 bytes, without the last ten;
-        encoded 22 bytes.
-    Erratum ``apt37-piezo-reserved-rows-missing``: printed nothing; encoded word.
+    Erratum ``apt37-kpz-digital-inputs`` (KPZ101, logic inputs in the status bits): printed logic
+        inputs are read in the status bits; encoded no status bit of the KPZ101 for them.
+    Erratum ``apt37-kpz-trig-example-length`` (KPZ_SET_KCUBETRIGIOCONFIG, length of the example):
+        printed a packet of 12 bytes, without the last ten; encoded 22 bytes.
+    Erratum ``apt37-piezo-reserved-rows-missing`` (Rows of unused words in the field tables):
+        printed nothing; encoded word.
     """
 
     __slots__ = (
@@ -7360,7 +7443,8 @@ class KpzReqKcubeTrigIoConfig(FramedMessage):
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-piezo-request-channel-fixed``: printed 01; encoded chan_ident.
+    Erratum ``apt37-piezo-request-channel-fixed`` (Requests with a fixed channel, or a channel of
+        another name): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -7758,10 +7842,10 @@ class KsgSetKcubeMmiParams(FramedMessage):
         by disp_intensity. The breakdown of the example has 0x14 for 20 %, which is beyond the
         range. From 0 to 10.
 
-    Erratum ``apt37-ksg-mmi-dim-level``: printed 20 for 20 %, above the maximum of 10; encoded 2,
-        which is 20 % of 10.
-    Erratum ``apt37-ksg-mmi-example-short``: printed 4 bytes after a header for 8; encoded 8 bytes,
-        with the time out and the dim level.
+    Erratum ``apt37-ksg-mmi-dim-level`` (KSG_SET_KCUBEMMIPARAMS, dim level of the example): printed
+        20 for 20 %, above the maximum of 10; encoded 2, which is 20 % of 10.
+    Erratum ``apt37-ksg-mmi-example-short`` (KSG_SET_KCUBEMMIPARAMS, length of the example): printed
+        4 bytes after a header for 8; encoded 8 bytes, with the time out and the dim level.
     """
 
     __slots__ = ("chan_ident", "disp_dim_level", "disp_intensity", "disp_timeout")
@@ -7854,8 +7938,10 @@ class KsgReqKcubeMmiParams(FramedMessage):
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-ksg-mmi-request-id``: printed F6 07; encoded F7 07.
-    Erratum ``apt37-piezo-request-channel-fixed``: printed 01; encoded chan_ident.
+    Erratum ``apt37-ksg-mmi-request-id`` (KSG_REQ_KCUBEMMIPARAMS, example): printed F6 07; encoded
+        F7 07.
+    Erratum ``apt37-piezo-request-channel-fixed`` (Requests with a fixed channel, or a channel of
+        another name): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -8034,10 +8120,12 @@ class KsgSetKcubeTrigIoConfig(FramedMessage):
     :param smoothing_samples: Number of samples whose average is displayed; from 0 to 1000.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-ksg-trig-example-samples``: printed E3 08 for 1000; encoded E8 03.
-    Erratum ``apt37-ksg-trig-example-short``: printed 20 bytes after a header for 22; encoded 22
-        bytes, with the reserved word.
-    Erratum ``apt37-piezo-formats-missing``: printed nothing; encoded word.
+    Erratum ``apt37-ksg-trig-example-samples`` (KSG_SET_KCUBETRIGIOCONFIG, samples of the example):
+        printed E3 08 for 1000; encoded E8 03.
+    Erratum ``apt37-ksg-trig-example-short`` (KSG_SET_KCUBETRIGIOCONFIG, length of the example):
+        printed 20 bytes after a header for 22; encoded 22 bytes, with the reserved word.
+    Erratum ``apt37-piezo-formats-missing`` (Formats that the field tables omit): printed nothing;
+        encoded word.
     """
 
     __slots__ = (
@@ -8193,7 +8281,8 @@ class KsgReqKcubeTrigIoConfig(FramedMessage):
 
     :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
-    Erratum ``apt37-piezo-request-channel-fixed``: printed 01; encoded chan_ident.
+    Erratum ``apt37-piezo-request-channel-fixed`` (Requests with a fixed channel, or a channel of
+        another name): printed 01; encoded chan_ident.
     """
 
     __slots__ = ("chan_ident", "param2")

@@ -42,9 +42,9 @@ class PolSetParams(FramedMessage):
     :param jog_step2: jog step of paddle 2; in counts, 137/17 per deg; from 0 to 1370.
     :param jog_step3: jog step of paddle 3; in counts, 137/17 per deg; from 0 to 1370.
 
-    Erratum ``apt37-pol-length``: printed 0A 00; encoded 0C 00.
-    Erratum ``apt37-pol-params-example-angle``: printed 25 counts are 3 degrees; encoded 3.1
-        degrees.
+    Erratum ``apt37-pol-length`` (POL_SET_PARAMS, length): printed 0A 00; encoded 0C 00.
+    Erratum ``apt37-pol-params-example-angle`` (angle of the steps in the explanation): printed 25
+        counts are 3 degrees; encoded 3.1 degrees.
     """
 
     __slots__ = ("home_position", "jog_step1", "jog_step2", "jog_step3", "not_used", "velocity")
@@ -228,7 +228,7 @@ class PolGetParams(FramedMessage):
     :param jog_step2: jog step of paddle 2; in counts, 137/17 per deg; from 0 to 1370.
     :param jog_step3: jog step of paddle 3; in counts, 137/17 per deg; from 0 to 1370.
 
-    Erratum ``apt37-pol-length``: printed 0A 00; encoded 0C 00.
+    Erratum ``apt37-pol-length`` (POL_SET_PARAMS, length): printed 0A 00; encoded 0C 00.
     """
 
     __slots__ = ("home_position", "jog_step1", "jog_step2", "jog_step3", "not_used", "velocity")

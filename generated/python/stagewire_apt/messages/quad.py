@@ -91,8 +91,8 @@ class QuadSetLoopParams(FramedMessage):
     :param d_gain: differential gain; 32767 is 100 in the vendor's program; in counts, 32767/100 per
         percent; from 0 to 32767.
 
-    Erratum ``apt37-quad-loopparams-example-scale``: printed 65, 80 and 60; encoded 21298, 26213 and
-        19660.
+    Erratum ``apt37-quad-loopparams-example-scale`` (gains of the example): printed 65, 80 and 60;
+        encoded 21298, 26213 and 19660.
     """
 
     __slots__ = ("d_gain", "i_gain", "p_gain", "sub_msg_id")
@@ -201,9 +201,10 @@ class QuadSetPosDemandParams(FramedMessage):
         the bottom ones. The page calls 32767 '10' and -9830 '-3'. In counts, 32767/100 per percent;
         from -32768 to 32767.
 
-    Erratum ``apt37-quad-posdemand-example-sense``: printed 0A 00 twice; encoded FF 7F and 9A D9.
-    Erratum ``apt37-quad-posdemand-example-words``: printed 9A D9 is positive with a gain of 0.3;
-        encoded negative, a gain of 0.3.
+    Erratum ``apt37-quad-posdemand-example-sense`` (feedback senses of the example): printed 0A 00
+        twice; encoded FF 7F and 9A D9.
+    Erratum ``apt37-quad-posdemand-example-words`` (explanation of the Y sense): printed 9A D9 is
+        positive with a gain of 0.3; encoded negative, a gain of 0.3.
     """
 
     __slots__ = (
@@ -411,7 +412,7 @@ class QuadSetOperMode(FramedMessage):
     :param sub_msg_id: always 0x07.
     :param mode: 4 is only for the KPA101 (page 336); :class:`~.QuadOperatingMode`; from 1 to 4.
 
-    Erratum ``apt37-quad-opermode-lengths``: printed 14; encoded 10.
+    Erratum ``apt37-quad-opermode-lengths`` (QUAD_OPERMODE, length): printed 14; encoded 10.
     """
 
     __slots__ = ("mode", "sub_msg_id")
@@ -894,14 +895,16 @@ class QuadSetKpaTrigIoConfig(FramedMessage):
         percent; from 0 to 99.
     :param reserved: reserved, sent as zero; 6 bytes.
 
-    Erratum ``apt37-quad-kpatrigio-lengths``: printed 0C 00; encoded 1C 00.
-    Erratum ``apt37-quad-kpatrigio-zero``: printed 1; encoded 0.
-    Erratum ``apt37-quad-kpatrigioconfig-example-limits``: printed a minimum of 10 % and a maximum
-        of 5 %; encoded the values as sent.
-    Erratum ``apt37-quad-kpatrigioconfig-example-short``: printed a length of 26 and 22 bytes;
-        encoded 28 bytes.
-    Erratum ``apt37-quad-list-sub-messages``: printed 01 to 0E; encoded also 0F and 10, for the
-        KPA101.
+    Erratum ``apt37-quad-kpatrigio-lengths`` (QUAD_KPATRIGIOCONFIG, length and reserved bytes):
+        printed 0C 00; encoded 1C 00.
+    Erratum ``apt37-quad-kpatrigio-zero`` (QUAD_SET_KPATRIGIOCONFIG, limits of 0 %): printed 1;
+        encoded 0.
+    Erratum ``apt37-quad-kpatrigioconfig-example-limits`` (limits of the example): printed a minimum
+        of 10 % and a maximum of 5 %; encoded the values as sent.
+    Erratum ``apt37-quad-kpatrigioconfig-example-short`` (length of the example): printed a length
+        of 26 and 22 bytes; encoded 28 bytes.
+    Erratum ``apt37-quad-list-sub-messages`` (list of sub-messages of the quad detectors): printed
+        01 to 0E; encoded also 0F and 10, for the KPA101.
     """
 
     __slots__ = (
@@ -1112,14 +1115,16 @@ class QuadSetKpaTrigIoConfigLong(FramedMessage):
         percent; from 0 to 99.
     :param reserved: reserved, sent as zero; 12 bytes.
 
-    Erratum ``apt37-quad-kpatrigio-lengths``: printed 0C 00; encoded 1C 00.
-    Erratum ``apt37-quad-kpatrigio-zero``: printed 1; encoded 0.
-    Erratum ``apt37-quad-kpatrigioconfig-example-limits``: printed a minimum of 10 % and a maximum
-        of 5 %; encoded the values as sent.
-    Erratum ``apt37-quad-kpatrigioconfig-example-short``: printed a length of 26 and 22 bytes;
-        encoded 28 bytes.
-    Erratum ``apt37-quad-list-sub-messages``: printed 01 to 0E; encoded also 0F and 10, for the
-        KPA101.
+    Erratum ``apt37-quad-kpatrigio-lengths`` (QUAD_KPATRIGIOCONFIG, length and reserved bytes):
+        printed 0C 00; encoded 1C 00.
+    Erratum ``apt37-quad-kpatrigio-zero`` (QUAD_SET_KPATRIGIOCONFIG, limits of 0 %): printed 1;
+        encoded 0.
+    Erratum ``apt37-quad-kpatrigioconfig-example-limits`` (limits of the example): printed a minimum
+        of 10 % and a maximum of 5 %; encoded the values as sent.
+    Erratum ``apt37-quad-kpatrigioconfig-example-short`` (length of the example): printed a length
+        of 26 and 22 bytes; encoded 28 bytes.
+    Erratum ``apt37-quad-list-sub-messages`` (list of sub-messages of the quad detectors): printed
+        01 to 0E; encoded also 0F and 10, for the KPA101.
     """
 
     __slots__ = (
@@ -1320,11 +1325,14 @@ class QuadSetKpaDigOutputs(FramedMessage):
     :param dig_ops: :class:`~.QuadDigitalOutputs`; from 0 to 65535.
     :param reserved: reserved, sent as zero; 2 bytes.
 
-    Erratum ``apt37-quad-kpadigoutputs-example-bits``: printed 11; encoded 03.
-    Erratum ``apt37-quad-kpadigoutputs-reserved``: printed nothing; encoded byte[2].
-    Erratum ``apt37-quad-kpadigoutputs-tables``: printed 71 08; encoded 70 08.
-    Erratum ``apt37-quad-list-sub-messages``: printed 01 to 0E; encoded also 0F and 10, for the
-        KPA101.
+    Erratum ``apt37-quad-kpadigoutputs-example-bits`` (outputs of the example): printed 11; encoded
+        03.
+    Erratum ``apt37-quad-kpadigoutputs-reserved`` (QUAD_KPADIGOUTPUTS, format of the reserved
+        bytes): printed nothing; encoded byte[2].
+    Erratum ``apt37-quad-kpadigoutputs-tables`` (QUAD_KPADIGOUTPUTS, ids, sub-message and lengths):
+        printed 71 08; encoded 70 08.
+    Erratum ``apt37-quad-list-sub-messages`` (list of sub-messages of the quad detectors): printed
+        01 to 0E; encoded also 0F and 10, for the KPA101.
     """
 
     __slots__ = ("dig_ops", "reserved", "sub_msg_id")
@@ -1418,11 +1426,14 @@ class QuadSetKpaDigOutputsLong(FramedMessage):
     :param dig_ops: :class:`~.QuadDigitalOutputs`; from 0 to 65535.
     :param reserved: reserved, sent as zero; 12 bytes.
 
-    Erratum ``apt37-quad-kpadigoutputs-example-bits``: printed 11; encoded 03.
-    Erratum ``apt37-quad-kpadigoutputs-reserved``: printed nothing; encoded byte[2].
-    Erratum ``apt37-quad-kpadigoutputs-tables``: printed 71 08; encoded 70 08.
-    Erratum ``apt37-quad-list-sub-messages``: printed 01 to 0E; encoded also 0F and 10, for the
-        KPA101.
+    Erratum ``apt37-quad-kpadigoutputs-example-bits`` (outputs of the example): printed 11; encoded
+        03.
+    Erratum ``apt37-quad-kpadigoutputs-reserved`` (QUAD_KPADIGOUTPUTS, format of the reserved
+        bytes): printed nothing; encoded byte[2].
+    Erratum ``apt37-quad-kpadigoutputs-tables`` (QUAD_KPADIGOUTPUTS, ids, sub-message and lengths):
+        printed 71 08; encoded 70 08.
+    Erratum ``apt37-quad-list-sub-messages`` (list of sub-messages of the quad detectors): printed
+        01 to 0E; encoded also 0F and 10, for the KPA101.
     """
 
     __slots__ = ("dig_ops", "reserved", "sub_msg_id")
@@ -1718,7 +1729,8 @@ class QuadReqOperMode(FramedMessage):
 
     :param param1: always 0x07.
 
-    Erratum ``apt37-quad-opermode-request``: printed Msg Ident; encoded 07.
+    Erratum ``apt37-quad-opermode-request`` (QUAD_REQ_OPERMODE, first parameter): printed Msg Ident;
+        encoded 07.
     """
 
     __slots__ = ("param1", "param2")
@@ -1994,7 +2006,8 @@ class QuadReqLoopParams2(FramedMessage):
 
     :param param1: always 0x0e.
 
-    Erratum ``apt37-quad-loopparams2-request``: printed 01; encoded 0E.
+    Erratum ``apt37-quad-loopparams2-request`` (QUAD_REQ_LOOPPARAMS2, first parameter): printed 01;
+        encoded 0E.
     """
 
     __slots__ = ("param1", "param2")
@@ -2130,7 +2143,8 @@ class QuadReqKpaDigOutputs(FramedMessage):
 
     :param param1: always 0x10.
 
-    Erratum ``apt37-quad-kpadigoutputs-tables``: printed 71 08; encoded 70 08.
+    Erratum ``apt37-quad-kpadigoutputs-tables`` (QUAD_KPADIGOUTPUTS, ids, sub-message and lengths):
+        printed 71 08; encoded 70 08.
     """
 
     __slots__ = ("param1", "param2")
@@ -2308,9 +2322,10 @@ class QuadGetReadings(FramedMessage):
     :param y_pos: output of the Y axis at the connector YDIFF; in counts, 32767/10 per V; from
         -32768 to 32767.
 
-    Erratum ``apt37-quad-get-example-addresses``: printed D0 01 and D0 50; encoded 81 50.
-    Erratum ``apt37-quad-readings-example-sum``: printed 7FFF, and FF FF in the explanation; encoded
-        FFFF.
+    Erratum ``apt37-quad-get-example-addresses`` (addresses of the replies in the examples): printed
+        D0 01 and D0 50; encoded 81 50.
+    Erratum ``apt37-quad-readings-example-sum`` (sum of the examples): printed 7FFF, and FF FF in
+        the explanation; encoded FFFF.
     """
 
     __slots__ = ("sub_msg_id", "sum", "x_diff", "x_pos", "y_diff", "y_pos")
@@ -2646,8 +2661,8 @@ class QuadGetOperMode(FramedMessage):
     :param sub_msg_id: always 0x07.
     :param mode: 4 is only for the KPA101 (page 336); :class:`~.QuadOperatingMode`; from 1 to 4.
 
-    Erratum ``apt37-quad-opermode-lengths``: printed 14; encoded 10.
-    Erratum ``apt37-quad-opermode-reply``: printed 70 08; encoded 72 08.
+    Erratum ``apt37-quad-opermode-lengths`` (QUAD_OPERMODE, length): printed 14; encoded 10.
+    Erratum ``apt37-quad-opermode-reply`` (QUAD_GET_OPERMODE, id): printed 70 08; encoded 72 08.
     """
 
     __slots__ = ("mode", "sub_msg_id")
@@ -2727,8 +2742,9 @@ class QuadGetStatusBits(FramedMessage):
     :param sub_msg_id: always 0x09.
     :param status_bits: :class:`~.QuadStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt37-quad-get-example-addresses``: printed D0 01 and D0 50; encoded 81 50.
-    Erratum ``apt37-quad-statusbits-example-bits``: printed 2B; encoded 04.
+    Erratum ``apt37-quad-get-example-addresses`` (addresses of the replies in the examples): printed
+        D0 01 and D0 50; encoded 81 50.
+    Erratum ``apt37-quad-statusbits-example-bits`` (bits of the example): printed 2B; encoded 04.
     """
 
     __slots__ = ("status_bits", "sub_msg_id")
@@ -3204,7 +3220,8 @@ class QuadGetKpaTrigIoConfig(FramedMessage):
         percent; from 0 to 99.
     :param reserved: reserved, sent as zero; 6 bytes.
 
-    Erratum ``apt37-quad-kpatrigio-lengths``: printed 0C 00; encoded 1C 00.
+    Erratum ``apt37-quad-kpatrigio-lengths`` (QUAD_KPATRIGIOCONFIG, length and reserved bytes):
+        printed 0C 00; encoded 1C 00.
     """
 
     __slots__ = (
@@ -3414,7 +3431,8 @@ class QuadGetKpaTrigIoConfigLong(FramedMessage):
         percent; from 0 to 99.
     :param reserved: reserved, sent as zero; 12 bytes.
 
-    Erratum ``apt37-quad-kpatrigio-lengths``: printed 0C 00; encoded 1C 00.
+    Erratum ``apt37-quad-kpatrigio-lengths`` (QUAD_KPATRIGIOCONFIG, length and reserved bytes):
+        printed 0C 00; encoded 1C 00.
     """
 
     __slots__ = (
@@ -3610,7 +3628,8 @@ class QuadGetKpaDigOutputs(FramedMessage):
     :param dig_ops: :class:`~.QuadDigitalOutputs`; from 0 to 65535.
     :param reserved: reserved, sent as zero; 2 bytes.
 
-    Erratum ``apt37-quad-kpadigoutputs-tables``: printed 71 08; encoded 70 08.
+    Erratum ``apt37-quad-kpadigoutputs-tables`` (QUAD_KPADIGOUTPUTS, ids, sub-message and lengths):
+        printed 71 08; encoded 70 08.
     """
 
     __slots__ = ("dig_ops", "reserved", "sub_msg_id")
@@ -3703,7 +3722,8 @@ class QuadGetKpaDigOutputsLong(FramedMessage):
     :param dig_ops: :class:`~.QuadDigitalOutputs`; from 0 to 65535.
     :param reserved: reserved, sent as zero; 12 bytes.
 
-    Erratum ``apt37-quad-kpadigoutputs-tables``: printed 71 08; encoded 70 08.
+    Erratum ``apt37-quad-kpadigoutputs-tables`` (QUAD_KPADIGOUTPUTS, ids, sub-message and lengths):
+        printed 71 08; encoded 70 08.
     """
 
     __slots__ = ("dig_ops", "reserved", "sub_msg_id")
@@ -3790,8 +3810,8 @@ class QuadSetEepromParams(FramedMessage):
 
     :param msg_id: id of the message whose parameters are saved; from 0 to 65535.
 
-    Erratum ``apt37-quad-eepromparams-message``: printed 0881, the status update; encoded a message
-        that sets parameters.
+    Erratum ``apt37-quad-eepromparams-message`` (message whose parameters the example saves):
+        printed 0881, the status update; encoded a message that sets parameters.
     """
 
     __slots__ = ("msg_id",)
@@ -3923,10 +3943,10 @@ class QuadGetStatusUpdate(FramedMessage):
     :param y_pos: output of the Y axis; in counts, 32767/10 per V; from -32768 to 32767.
     :param status_bits: :class:`~.QuadStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt37-quad-readings-example-sum``: printed 7FFF, and FF FF in the explanation; encoded
-        FFFF.
-    Erratum ``apt37-quad-statusupdate-example-short``: printed 10 bytes after a header for 14;
-        encoded 14 bytes.
+    Erratum ``apt37-quad-readings-example-sum`` (sum of the examples): printed 7FFF, and FF FF in
+        the explanation; encoded FFFF.
+    Erratum ``apt37-quad-statusupdate-example-short`` (length of the example): printed 10 bytes
+        after a header for 14; encoded 14 bytes.
     """
 
     __slots__ = ("status_bits", "sum", "x_diff", "x_pos", "y_diff", "y_pos")

@@ -52,7 +52,8 @@ class MotSetSolOperatingMode(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param operating_mode: :class:`~.SolenoidOperatingMode`; from 0 to 255.
 
-    Erratum ``apt-four-bit-integer``: printed a 4 bit integer; encoded one byte.
+    Erratum ``apt-four-bit-integer`` (Solenoid modes and state): printed a 4 bit integer; encoded
+        one byte.
     """
 
     __slots__ = ("chan_ident", "operating_mode")
@@ -274,8 +275,9 @@ class MotSetSolCycleParams(FramedMessage):
     :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
         SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
 
-    Erratum ``apt-sol-numcycles-trigger``: printed ignored outside Auto mode (page 87); carried out
-        at a trigger (page 85); encoded sent in every mode; the note names both statements.
+    Erratum ``apt-sol-numcycles-trigger`` (MOT_SET_SOL_CYCLEPARAMS, number of cycles in triggered
+        mode): printed ignored outside Auto mode (page 87); carried out at a trigger (page 85);
+        encoded sent in every mode; the note names both statements.
     """
 
     __slots__ = ("chan_ident", "num_cycles", "off_time", "on_time")
@@ -519,7 +521,8 @@ class MotSetSolInterlockMode(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param interlock_mode: :class:`~.SolenoidInterlockMode`; from 0 to 255.
 
-    Erratum ``apt-four-bit-integer``: printed a 4 bit integer; encoded one byte.
+    Erratum ``apt-four-bit-integer`` (Solenoid modes and state): printed a 4 bit integer; encoded
+        one byte.
     """
 
     __slots__ = ("chan_ident", "interlock_mode")
@@ -734,7 +737,8 @@ class MotSetSolState(FramedMessage):
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param state: :class:`~.SolenoidState`; from 0 to 255.
 
-    Erratum ``apt-four-bit-integer``: printed a 4 bit integer; encoded one byte.
+    Erratum ``apt-four-bit-integer`` (Solenoid modes and state): printed a 4 bit integer; encoded
+        one byte.
     """
 
     __slots__ = ("chan_ident", "state")

@@ -62,9 +62,10 @@ class TecSetTempSetPoint(FramedMessage):
     :param t_set: The range depends on the sensor; in counts; unit and scale depend on tec_sensor;
         from -4500 to 20000.
 
-    Erratum ``apt37-tec-sensor-message``: printed the sub-message SetTempSetPoint; encoded
-        TEC_SET_IOSETTINGS, sub-message 5.
-    Erratum ``apt37-tec-set-point-format``: printed word; encoded short.
+    Erratum ``apt37-tec-sensor-message`` (Message that selects the sensor): printed the sub-message
+        SetTempSetPoint; encoded TEC_SET_IOSETTINGS, sub-message 5.
+    Erratum ``apt37-tec-set-point-format`` (TEC_SET_TEMPSETPOINT, TEC_GET_READINGS and
+        TEC_GET_STATUSUPDATE, format of the set point): printed word; encoded short.
     """
 
     __slots__ = ("sub_message", "t_set")
@@ -147,13 +148,15 @@ class TecSetIoSettings(FramedMessage):
     :param sensor: :class:`~.TecSensor`; from 0 to 65535.
     :param i_lim: maximum current into the TEC element; in counts of 1 mA; from 0 to 2000.
 
-    Erratum ``apt37-tec-iosettings-breakdown``: printed 0x0001 is an AD59x, 0x03E8 is 10000, and the
-        header begins with 42; encoded 0x0001 is a 20 kilohm thermistor, 0x03E8 is 1000, and the
-        header begins with 40.
-    Erratum ``apt37-tec-iosettings-example-length``: printed 0C 00; encoded 06 00.
-    Erratum ``apt37-tec-iosettings-example-limit``: printed 01 80; encoded E8 03.
-    Erratum ``apt37-tec-sensor-message``: printed the sub-message SetTempSetPoint; encoded
-        TEC_SET_IOSETTINGS, sub-message 5.
+    Erratum ``apt37-tec-iosettings-breakdown`` (explanation of the example): printed 0x0001 is an
+        AD59x, 0x03E8 is 10000, and the header begins with 42; encoded 0x0001 is a 20 kilohm
+        thermistor, 0x03E8 is 1000, and the header begins with 40.
+    Erratum ``apt37-tec-iosettings-example-length`` (length of the example): printed 0C 00; encoded
+        06 00.
+    Erratum ``apt37-tec-iosettings-example-limit`` (current limit of the example): printed 01 80;
+        encoded E8 03.
+    Erratum ``apt37-tec-sensor-message`` (Message that selects the sensor): printed the sub-message
+        SetTempSetPoint; encoded TEC_SET_IOSETTINGS, sub-message 5.
     """
 
     __slots__ = ("i_lim", "sensor", "sub_message")
@@ -242,9 +245,10 @@ class TecSetLoopParams(FramedMessage):
     :param i_gain: integral gain; from 0 to 100.
     :param d_gain: differential gain; from 0 to 100.
 
-    Erratum ``apt37-tec-loop-ids``: printed 70 08; encoded 40 08.
-    Erratum ``apt37-tec-loopparams-breakdown-scale``: printed 32767 x 80/100 and 32767 x 60/100;
-        encoded 80 and 60.
+    Erratum ``apt37-tec-loop-ids`` (TEC_SET_LOOPPARAMS and TEC_GET_LOOPPARAMS, ids): printed 70 08;
+        encoded 40 08.
+    Erratum ``apt37-tec-loopparams-breakdown-scale`` (arithmetic of two gains in the explanation):
+        printed 32767 x 80/100 and 32767 x 60/100; encoded 80 and 60.
     """
 
     __slots__ = ("d_gain", "i_gain", "p_gain", "sub_message")
@@ -334,8 +338,8 @@ class TecSetDispSettings(FramedMessage):
     :param disp_mode: :class:`~.TecDisplayMode`; from 0 to 65535.
     :param reserved: reserved, sent as zero.
 
-    Erratum ``apt37-tec-displaysettings-example-mode``: printed 1 for the actual temperature;
-        encoded 0.
+    Erratum ``apt37-tec-displaysettings-example-mode`` (display mode of the example): printed 1 for
+        the actual temperature; encoded 0.
     """
 
     __slots__ = ("disp_intensity", "disp_mode", "reserved", "sub_message")
@@ -913,10 +917,12 @@ class TecGetReadings(FramedMessage):
     :param t_set: Set point of the temperature; the range depends on the sensor; in counts; unit and
         scale depend on tec_sensor; from -4500 to 20000.
 
-    Erratum ``apt37-tec-example-volts``: printed 1 V for the current and 1.5 V for the temperature;
-        encoded 1000 mA and 15 °C.
-    Erratum ``apt37-tec-readings-example-addresses``: printed D0 01; encoded 81 50.
-    Erratum ``apt37-tec-set-point-format``: printed word; encoded short.
+    Erratum ``apt37-tec-example-volts`` (units in the explanations): printed 1 V for the current and
+        1.5 V for the temperature; encoded 1000 mA and 15 °C.
+    Erratum ``apt37-tec-readings-example-addresses`` (addresses of the reply in the example):
+        printed D0 01; encoded 81 50.
+    Erratum ``apt37-tec-set-point-format`` (TEC_SET_TEMPSETPOINT, TEC_GET_READINGS and
+        TEC_GET_STATUSUPDATE, format of the set point): printed word; encoded short.
     """
 
     __slots__ = ("i_tec", "sub_message", "t_act", "t_set")
@@ -1086,8 +1092,8 @@ class TecGetStatusBits(FramedMessage):
     :param sub_message: always 0x07.
     :param status_bits: :class:`~.TecStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt37-tec-statusbits-example-packet``: printed the ten bytes of a status update;
-        encoded the sub-message 07 00 and four bytes.
+    Erratum ``apt37-tec-statusbits-example-packet`` (packet of the example): printed the ten bytes
+        of a status update; encoded the sub-message 07 00 and four bytes.
     """
 
     __slots__ = ("status_bits", "sub_message")
@@ -1172,7 +1178,8 @@ class TecGetLoopParams(FramedMessage):
     :param i_gain: integral gain; from 0 to 100.
     :param d_gain: differential gain; from 0 to 100.
 
-    Erratum ``apt37-tec-loop-ids``: printed 70 08; encoded 40 08.
+    Erratum ``apt37-tec-loop-ids`` (TEC_SET_LOOPPARAMS and TEC_GET_LOOPPARAMS, ids): printed 70 08;
+        encoded 40 08.
     """
 
     __slots__ = ("d_gain", "i_gain", "p_gain", "sub_message")
@@ -1353,7 +1360,7 @@ class TecSetEepromParams(FramedMessage):
 
     :param sub_msg_id: for future use; reserved, sent as zero.
 
-    Erratum ``apt37-tec-eepromparams-example-id``: printed 75 08; encoded 50 08.
+    Erratum ``apt37-tec-eepromparams-example-id`` (id of the example): printed 75 08; encoded 50 08.
     """
 
     __slots__ = ("sub_msg_id",)
@@ -1484,11 +1491,14 @@ class TecGetStatusUpdate(FramedMessage):
         tec_sensor; from -4500 to 20000.
     :param status_bits: :class:`~.TecStatusBits`; from 0 to 4294967295.
 
-    Erratum ``apt37-list-ttc001-status``: printed nothing; encoded TEC_GET_STATUSUPDATE.
-    Erratum ``apt37-tec-example-volts``: printed 1 V for the current and 1.5 V for the temperature;
-        encoded 1000 mA and 15 °C.
-    Erratum ``apt37-tec-set-point-format``: printed word; encoded short.
-    Erratum ``apt37-tec-status-length``: printed 0E 00; encoded 0A 00.
+    Erratum ``apt37-list-ttc001-status`` (Status message of the TTC001): printed nothing; encoded
+        TEC_GET_STATUSUPDATE.
+    Erratum ``apt37-tec-example-volts`` (units in the explanations): printed 1 V for the current and
+        1.5 V for the temperature; encoded 1000 mA and 15 °C.
+    Erratum ``apt37-tec-set-point-format`` (TEC_SET_TEMPSETPOINT, TEC_GET_READINGS and
+        TEC_GET_STATUSUPDATE, format of the set point): printed word; encoded short.
+    Erratum ``apt37-tec-status-length`` (TEC_GET_STATUSUPDATE, length): printed 0E 00; encoded 0A
+        00.
     """
 
     __slots__ = ("i_tec", "status_bits", "t_act", "t_set")
@@ -1576,7 +1586,7 @@ class TecAckStatusUpdate(FramedMessage):
 
     ``TEC_ACK_STATUSUPDATE`` (0x0862), to the controller, header only; Issue 37, page 368.
 
-    Erratum ``apt37-tec-ack-id``: printed 82 08; encoded 62 08.
+    Erratum ``apt37-tec-ack-id`` (TEC_ACK_STATUSUPDATE, id): printed 82 08; encoded 62 08.
     """
 
     __slots__ = ("param1", "param2")

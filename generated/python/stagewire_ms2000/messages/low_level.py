@@ -164,11 +164,12 @@ class ReadStatus(Command):
     Firmware 3.3: From this version on, a disabled axis answers NOT_BUSY even when it is away from
     its target position.
 
-    Erratum ``ms2000-size-exceptions``: printed three commands, ?, G and B; encoded these three are
-        sent without it; for every command without data, both forms are understood.
-    Erratum ``ms2000-status-busy``: printed busy while there is a motor signal or a command is
-        executed and the motor is enabled; not busy when disabled, from 3.3 on; encoded from 3.3 on
-        a disabled axis is not busy; before, the document does not tell.
+    Erratum ``ms2000-size-exceptions`` (Commands without the size group): printed three commands, ?,
+        G and B; encoded these three are sent without it; for every command without data, both forms
+        are understood.
+    Erratum ``ms2000-status-busy`` (Read Status, definition of busy): printed busy while there is a
+        motor signal or a command is executed and the motor is enabled; not busy when disabled, from
+        3.3 on; encoded from 3.3 on a disabled axis is not busy; before, the document does not tell.
     """
 
     __slots__ = ()
@@ -197,7 +198,8 @@ class WriteMotorPosition(Command):
 
     :param position: in counts, 10 per um; from -8388608 to 8388607.
 
-    Erratum ``ms2000-reverse-conversion-remainder``: printed mb = remainder of 100,000 / 256 / 256,
+    Erratum ``ms2000-reverse-conversion-remainder`` (Write Motor Position, Write Target Position and
+        Write Increment Value, reverse conversion): printed mb = remainder of 100,000 / 256 / 256,
         msb = remainder of 100,000 / 256 / 256 / 256; encoded bytes of the number in two's
         complement, least significant first.
     """
@@ -260,16 +262,19 @@ class StopMotor(Command):
     Firmware 3.3: From this version on, READ_STATUS reports the disabled axis as not busy, wherever
     it is.
 
-    Erratum ``ms2000-servo-always-on``: printed servos cannot be turned off; 66 turns a motor off;
-        encoded both, the bit as the table has it and the command as its section has it.
-    Erratum ``ms2000-size-exceptions``: printed three commands, ?, G and B; encoded these three are
-        sent without it; for every command without data, both forms are understood.
-    Erratum ``ms2000-start-stop-data-size``: printed Data Size 0; encoded none, the slot is left
-        out.
-    Erratum ``ms2000-status-busy``: printed busy while there is a motor signal or a command is
-        executed and the motor is enabled; not busy when disabled, from 3.3 on; encoded from 3.3 on
-        a disabled axis is not busy; before, the document does not tell.
-    Erratum ``ms2000-stop-motor-example-command``: printed 24 71 58; encoded 24 66 58.
+    Erratum ``ms2000-servo-always-on`` (Bit 1 of the status byte, and Stop / Disable Motor): printed
+        servos cannot be turned off; 66 turns a motor off; encoded both, the bit as the table has it
+        and the command as its section has it.
+    Erratum ``ms2000-size-exceptions`` (Commands without the size group): printed three commands, ?,
+        G and B; encoded these three are sent without it; for every command without data, both forms
+        are understood.
+    Erratum ``ms2000-start-stop-data-size`` (Start / Enable Motor and Stop / Disable Motor, data
+        size): printed Data Size 0; encoded none, the slot is left out.
+    Erratum ``ms2000-status-busy`` (Read Status, definition of busy): printed busy while there is a
+        motor signal or a command is executed and the motor is enabled; not busy when disabled, from
+        3.3 on; encoded from 3.3 on a disabled axis is not busy; before, the document does not tell.
+    Erratum ``ms2000-stop-motor-example-command`` (Stop / Disable Motor, example): printed 24 71 58;
+        encoded 24 66 58.
     """
 
     __slots__ = ()
@@ -296,7 +301,8 @@ class WriteIncrementValue(Command):
     :param increment: a distance, although the text calls it a position; a negative value swaps up
         and down; in counts, 10 per um; from -8388608 to 8388607.
 
-    Erratum ``ms2000-reverse-conversion-remainder``: printed mb = remainder of 100,000 / 256 / 256,
+    Erratum ``ms2000-reverse-conversion-remainder`` (Write Motor Position, Write Target Position and
+        Write Increment Value, reverse conversion): printed mb = remainder of 100,000 / 256 / 256,
         msb = remainder of 100,000 / 256 / 256 / 256; encoded bytes of the number in two's
         complement, least significant first.
     """
@@ -356,10 +362,11 @@ class StartMotor(Command):
 
     A motor enabled away from its target position may move there.
 
-    Erratum ``ms2000-size-exceptions``: printed three commands, ?, G and B; encoded these three are
-        sent without it; for every command without data, both forms are understood.
-    Erratum ``ms2000-start-stop-data-size``: printed Data Size 0; encoded none, the slot is left
-        out.
+    Erratum ``ms2000-size-exceptions`` (Commands without the size group): printed three commands, ?,
+        G and B; encoded these three are sent without it; for every command without data, both forms
+        are understood.
+    Erratum ``ms2000-start-stop-data-size`` (Start / Enable Motor and Stop / Disable Motor, data
+        size): printed Data Size 0; encoded none, the slot is left out.
     """
 
     __slots__ = ()
@@ -383,9 +390,11 @@ class JoystickEnable(Command):
     The document allows the command with and without the size slot. Nothing moves until the operator
     moves the control device.
 
-    Erratum ``ms2000-no-reply-unsaid``: printed nothing of a reply; encoded no reply.
-    Erratum ``ms2000-size-exceptions``: printed three commands, ?, G and B; encoded these three are
-        sent without it; for every command without data, both forms are understood.
+    Erratum ``ms2000-no-reply-unsaid`` (Write Start Speed, Joystick Enable and Joystick Disable,
+        reply): printed nothing of a reply; encoded no reply.
+    Erratum ``ms2000-size-exceptions`` (Commands without the size group): printed three commands, ?,
+        G and B; encoded these three are sent without it; for every command without data, both forms
+        are understood.
     """
 
     __slots__ = ()
@@ -409,11 +418,13 @@ class JoystickDisable(Command):
 
     The document allows the command with and without the size slot.
 
-    Erratum ``ms2000-joystick-disable-example-command``: printed the 74 represents the Disable
-        Joystick command; encoded 75.
-    Erratum ``ms2000-no-reply-unsaid``: printed nothing of a reply; encoded no reply.
-    Erratum ``ms2000-size-exceptions``: printed three commands, ?, G and B; encoded these three are
-        sent without it; for every command without data, both forms are understood.
+    Erratum ``ms2000-joystick-disable-example-command`` (Joystick / Controller Disable, text of the
+        example): printed the 74 represents the Disable Joystick command; encoded 75.
+    Erratum ``ms2000-no-reply-unsaid`` (Write Start Speed, Joystick Enable and Joystick Disable,
+        reply): printed nothing of a reply; encoded no reply.
+    Erratum ``ms2000-size-exceptions`` (Commands without the size group): printed three commands, ?,
+        G and B; encoded these three are sent without it; for every command without data, both forms
+        are understood.
     """
 
     __slots__ = ()
@@ -443,15 +454,17 @@ class WriteRampingTime(Command):
 
     :param ramp_time: in counts, 1 per ms; from 1 to 255.
 
-    Erratum ``ms2000-ramp-from-start-speed``: printed a ramp lasts from start speed to maximum
-        speed; reading and writing the start speed are dummies; encoded acceleration is top speed
-        divided by ramp time.
-    Erratum ``ms2000-ramp-time-example-advice``: printed the example sets 45 ms, the text advises
-        more than 50 ms; encoded 45 is sent like any value of the range; the advice is a note.
-    Erratum ``ms2000-ramp-time-range``: printed from 0 to 256; encoded from 1 to 255.
-    Erratum ``ms2000-twos-complement``: printed data in two's complement; further down mostly in
-        two's complement; encoded signed positions, distances and current speed; unsigned ramp
-        times, maximum and top speed.
+    Erratum ``ms2000-ramp-from-start-speed`` (Ramps and the start speed): printed a ramp lasts from
+        start speed to maximum speed; reading and writing the start speed are dummies; encoded
+        acceleration is top speed divided by ramp time.
+    Erratum ``ms2000-ramp-time-example-advice`` (Write Ramping Time, example): printed the example
+        sets 45 ms, the text advises more than 50 ms; encoded 45 is sent like any value of the
+        range; the advice is a note.
+    Erratum ``ms2000-ramp-time-range`` (Write Ramping Time, range): printed from 0 to 256; encoded
+        from 1 to 255.
+    Erratum ``ms2000-twos-complement`` (Sign of data): printed data in two's complement; further
+        down mostly in two's complement; encoded signed positions, distances and current speed;
+        unsigned ramp times, maximum and top speed.
     """
 
     __slots__ = ("ramp_time",)
@@ -509,12 +522,14 @@ class WriteStartSpeed(Command):
 
     :param start_speed: the document gives neither sign nor unit; from 0 to 65535.
 
-    Erratum ``ms2000-dummy-data``: printed Data Size 2, and nothing of what the two bytes are;
-        encoded a number of two bytes without unit and sign.
-    Erratum ``ms2000-no-reply-unsaid``: printed nothing of a reply; encoded no reply.
-    Erratum ``ms2000-ramp-from-start-speed``: printed a ramp lasts from start speed to maximum
-        speed; reading and writing the start speed are dummies; encoded acceleration is top speed
-        divided by ramp time.
+    Erratum ``ms2000-dummy-data`` (Read Start Speed and Write Start Speed, data): printed Data Size
+        2, and nothing of what the two bytes are; encoded a number of two bytes without unit and
+        sign.
+    Erratum ``ms2000-no-reply-unsaid`` (Write Start Speed, Joystick Enable and Joystick Disable,
+        reply): printed nothing of a reply; encoded no reply.
+    Erratum ``ms2000-ramp-from-start-speed`` (Ramps and the start speed): printed a ramp lasts from
+        start speed to maximum speed; reading and writing the start speed are dummies; encoded
+        acceleration is top speed divided by ramp time.
     """
 
     __slots__ = ("start_speed",)
@@ -571,9 +586,9 @@ class WriteTopSpeed(Command):
 
     :param top_speed: in counts, 1 per um/s; from 0 to 65535.
 
-    Erratum ``ms2000-twos-complement``: printed data in two's complement; further down mostly in
-        two's complement; encoded signed positions, distances and current speed; unsigned ramp
-        times, maximum and top speed.
+    Erratum ``ms2000-twos-complement`` (Sign of data): printed data in two's complement; further
+        down mostly in two's complement; encoded signed positions, distances and current speed;
+        unsigned ramp times, maximum and top speed.
     """
 
     __slots__ = ("top_speed",)
@@ -631,7 +646,8 @@ class WriteTargetPosition(Command):
 
     :param target_position: in counts, 10 per um; from -8388608 to 8388607.
 
-    Erratum ``ms2000-reverse-conversion-remainder``: printed mb = remainder of 100,000 / 256 / 256,
+    Erratum ``ms2000-reverse-conversion-remainder`` (Write Motor Position, Write Target Position and
+        Write Increment Value, reverse conversion): printed mb = remainder of 100,000 / 256 / 256,
         msb = remainder of 100,000 / 256 / 256 / 256; encoded bytes of the number in two's
         complement, least significant first.
     """
@@ -707,8 +723,8 @@ class WriteVectorSpeed(Command):
         agree; above that, the stage might move the other way. The document does not describe how to
         move backwards. In counts, 1 per um/s; from 0 to 32767.
 
-    Erratum ``ms2000-vector-speed-sign``: printed a two-byte value, a binary number; encoded
-        unsigned, from 0 to 32767.
+    Erratum ``ms2000-vector-speed-sign`` (Write Vector Speed, sign): printed a two-byte value, a
+        binary number; encoded unsigned, from 0 to 32767.
     """
 
     __slots__ = ("vector_speed",)
@@ -907,8 +923,8 @@ class ReadIdentificationReply(Reply):
     :param identification: EMOT, a blank and a colon; ignore the last two when comparing. The colon
         does not end a command. Text of at most 6 characters.
 
-    Erratum ``ms2000-identification-sixth-byte``: printed fifth and sixth byte are blanks; encoded
-        the fifth is a blank, the sixth a colon.
+    Erratum ``ms2000-identification-sixth-byte`` (Read Identification, reply): printed fifth and
+        sixth byte are blanks; encoded the fifth is a blank, the sixth a colon.
     """
 
     __slots__ = ("identification",)
@@ -958,13 +974,16 @@ class ReadIdentification(Command):
     X, Y and Z answer with the same text; the document does not mention other identifiers. Repeating
     the command does not return the firmware version, which this command set cannot read.
 
-    Erratum ``ms2000-blanks``: printed there are none with this command set; encoded none between
-        the parts of a command or a reply; as data, the bytes 32, 13 and 10 are like others.
-    Erratum ``ms2000-identification-example-size``: printed 24 105 58; encoded 24 105 06 58.
-    Erratum ``ms2000-identification-sixth-byte``: printed fifth and sixth byte are blanks; encoded
-        the fifth is a blank, the sixth a colon.
-    Erratum ``ms2000-size-exceptions``: printed three commands, ?, G and B; encoded these three are
-        sent without it; for every command without data, both forms are understood.
+    Erratum ``ms2000-blanks`` (Blanks, carriage returns and line feeds): printed there are none with
+        this command set; encoded none between the parts of a command or a reply; as data, the bytes
+        32, 13 and 10 are like others.
+    Erratum ``ms2000-identification-example-size`` (Read Identification, example): printed 24 105
+        58; encoded 24 105 06 58.
+    Erratum ``ms2000-identification-sixth-byte`` (Read Identification, reply): printed fifth and
+        sixth byte are blanks; encoded the fifth is a blank, the sixth a colon.
+    Erratum ``ms2000-size-exceptions`` (Commands without the size group): printed three commands, ?,
+        G and B; encoded these three are sent without it; for every command without data, both forms
+        are understood.
     """
 
     __slots__ = ()
@@ -991,10 +1010,10 @@ class ReadMotorPositionAndStatusReply(Reply):
     :param position: in counts, 10 per um; from -8388608 to 8388607.
     :param status: as READ_STATUS_BYTE returns it; :class:`~.StatusBits`; from 0 to 255.
 
-    Erratum ``ms2000-position-status-example-bytes``: printed lsb:10, mb:1, msb:2; encoded 160, 134,
-        1.
-    Erratum ``ms2000-position-status-example-status``: printed 20; encoded the bits of section 14,
-        of which bit 1 is always set.
+    Erratum ``ms2000-position-status-example-bytes`` (Read Motor Position and Status, bytes of the
+        reply): printed lsb:10, mb:1, msb:2; encoded 160, 134, 1.
+    Erratum ``ms2000-position-status-example-status`` (Read Motor Position and Status, status byte
+        of the example): printed 20; encoded the bits of section 14, of which bit 1 is always set.
     """
 
     __slots__ = ("position", "status")
@@ -1056,16 +1075,18 @@ class ReadMotorPositionAndStatus(Command):
     ``READ_MOTOR_POSITION_AND_STATUS`` (0x6C), no data, size 4; section Read Motor Position and
     Status. Typed as ``l``.
 
-    Erratum ``ms2000-position-status-example-bytes``: printed lsb:10, mb:1, msb:2; encoded 160, 134,
-        1.
-    Erratum ``ms2000-position-status-example-command``: printed the 97 represents the Read Motor
-        Position command; encoded 108, Read Motor Position and Status.
-    Erratum ``ms2000-position-status-example-size``: printed 24 108 03 58, 3 bytes returned; encoded
-        24 108 04 58.
-    Erratum ``ms2000-position-status-example-status``: printed 20; encoded the bits of section 14,
-        of which bit 1 is always set.
-    Erratum ``ms2000-status-byte-example-limits``: printed bit 7 upper limit, bit 6 lower limit;
-        encoded bit 6 upper limit, bit 7 lower limit.
+    Erratum ``ms2000-position-status-example-bytes`` (Read Motor Position and Status, bytes of the
+        reply): printed lsb:10, mb:1, msb:2; encoded 160, 134, 1.
+    Erratum ``ms2000-position-status-example-command`` (Read Motor Position and Status, text of the
+        example): printed the 97 represents the Read Motor Position command; encoded 108, Read Motor
+        Position and Status.
+    Erratum ``ms2000-position-status-example-size`` (Read Motor Position and Status, example):
+        printed 24 108 03 58, 3 bytes returned; encoded 24 108 04 58.
+    Erratum ``ms2000-position-status-example-status`` (Read Motor Position and Status, status byte
+        of the example): printed 20; encoded the bits of section 14, of which bit 1 is always set.
+    Erratum ``ms2000-status-byte-example-limits`` (Read Status Byte, limits in the breakdown of the
+        example): printed bit 7 upper limit, bit 6 lower limit; encoded bit 6 upper limit, bit 7
+        lower limit.
     """
 
     __slots__ = ()
@@ -1205,12 +1226,12 @@ class ReadRampTime(Command):
 
     ``READ_RAMP_TIME`` (0x71), no data, size 1; section Read Ramp Time. Typed as ``q``.
 
-    Erratum ``ms2000-ramp-from-start-speed``: printed a ramp lasts from start speed to maximum
-        speed; reading and writing the start speed are dummies; encoded acceleration is top speed
-        divided by ramp time.
-    Erratum ``ms2000-twos-complement``: printed data in two's complement; further down mostly in
-        two's complement; encoded signed positions, distances and current speed; unsigned ramp
-        times, maximum and top speed.
+    Erratum ``ms2000-ramp-from-start-speed`` (Ramps and the start speed): printed a ramp lasts from
+        start speed to maximum speed; reading and writing the start speed are dummies; encoded
+        acceleration is top speed divided by ramp time.
+    Erratum ``ms2000-twos-complement`` (Sign of data): printed data in two's complement; further
+        down mostly in two's complement; encoded signed positions, distances and current speed;
+        unsigned ramp times, maximum and top speed.
     """
 
     __slots__ = ()
@@ -1236,8 +1257,9 @@ class ReadStartSpeedReply(Reply):
 
     :param start_speed: the document gives neither sign nor unit; from 0 to 65535.
 
-    Erratum ``ms2000-dummy-data``: printed Data Size 2, and nothing of what the two bytes are;
-        encoded a number of two bytes without unit and sign.
+    Erratum ``ms2000-dummy-data`` (Read Start Speed and Write Start Speed, data): printed Data Size
+        2, and nothing of what the two bytes are; encoded a number of two bytes without unit and
+        sign.
     """
 
     __slots__ = ("start_speed",)
@@ -1286,11 +1308,12 @@ class ReadStartSpeed(Command):
 
     A dummy function: refused unless ``allow_dummy`` is given.
 
-    Erratum ``ms2000-dummy-data``: printed Data Size 2, and nothing of what the two bytes are;
-        encoded a number of two bytes without unit and sign.
-    Erratum ``ms2000-ramp-from-start-speed``: printed a ramp lasts from start speed to maximum
-        speed; reading and writing the start speed are dummies; encoded acceleration is top speed
-        divided by ramp time.
+    Erratum ``ms2000-dummy-data`` (Read Start Speed and Write Start Speed, data): printed Data Size
+        2, and nothing of what the two bytes are; encoded a number of two bytes without unit and
+        sign.
+    Erratum ``ms2000-ramp-from-start-speed`` (Ramps and the start speed): printed a ramp lasts from
+        start speed to maximum speed; reading and writing the start speed are dummies; encoded
+        acceleration is top speed divided by ramp time.
     """
 
     __slots__ = ()
@@ -1364,10 +1387,11 @@ class ReadMaximumSpeed(Command):
 
     WRITE_TOP_SPEED sets it.
 
-    Erratum ``ms2000-maximum-speed-example-command``: printed 24 114 02 58; encoded 24 115 02 58.
-    Erratum ``ms2000-twos-complement``: printed data in two's complement; further down mostly in
-        two's complement; encoded signed positions, distances and current speed; unsigned ramp
-        times, maximum and top speed.
+    Erratum ``ms2000-maximum-speed-example-command`` (Read Maximum Speed, example): printed 24 114
+        02 58; encoded 24 115 02 58.
+    Erratum ``ms2000-twos-complement`` (Sign of data): printed data in two's complement; further
+        down mostly in two's complement; encoded signed positions, distances and current speed;
+        unsigned ramp times, maximum and top speed.
     """
 
     __slots__ = ()
@@ -1472,12 +1496,14 @@ class ReadStatusByteReply(Reply):
 
     :param status: :class:`~.StatusBits`; from 0 to 255.
 
-    Erratum ``ms2000-servo-always-on``: printed servos cannot be turned off; 66 turns a motor off;
-        encoded both, the bit as the table has it and the command as its section has it.
-    Erratum ``ms2000-status-byte-example-limits``: printed bit 7 upper limit, bit 6 lower limit;
-        encoded bit 6 upper limit, bit 7 lower limit.
-    Erratum ``ms2000-status-byte-example-ramping``: printed 0: ramping down if ramping; encoded 0:
-        ramping up, 1: ramping down.
+    Erratum ``ms2000-servo-always-on`` (Bit 1 of the status byte, and Stop / Disable Motor): printed
+        servos cannot be turned off; 66 turns a motor off; encoded both, the bit as the table has it
+        and the command as its section has it.
+    Erratum ``ms2000-status-byte-example-limits`` (Read Status Byte, limits in the breakdown of the
+        example): printed bit 7 upper limit, bit 6 lower limit; encoded bit 6 upper limit, bit 7
+        lower limit.
+    Erratum ``ms2000-status-byte-example-ramping`` (Read Status Byte, bit 5 in the breakdown of the
+        example): printed 0: ramping down if ramping; encoded 0: ramping up, 1: ramping down.
     """
 
     __slots__ = ("status",)
@@ -1529,15 +1555,19 @@ class ReadStatusByte(Command):
 
     ``READ_STATUS_BYTE`` (0x7E), no data, size 1; section Read Status Byte. Typed as ``~``.
 
-    Erratum ``ms2000-servo-always-on``: printed servos cannot be turned off; 66 turns a motor off;
-        encoded both, the bit as the table has it and the command as its section has it.
-    Erratum ``ms2000-size-exceptions``: printed three commands, ?, G and B; encoded these three are
-        sent without it; for every command without data, both forms are understood.
-    Erratum ``ms2000-status-byte-example-limits``: printed bit 7 upper limit, bit 6 lower limit;
-        encoded bit 6 upper limit, bit 7 lower limit.
-    Erratum ``ms2000-status-byte-example-ramping``: printed 0: ramping down if ramping; encoded 0:
-        ramping up, 1: ramping down.
-    Erratum ``ms2000-status-byte-example-size``: printed 24 126 58; encoded 24 126 01 58.
+    Erratum ``ms2000-servo-always-on`` (Bit 1 of the status byte, and Stop / Disable Motor): printed
+        servos cannot be turned off; 66 turns a motor off; encoded both, the bit as the table has it
+        and the command as its section has it.
+    Erratum ``ms2000-size-exceptions`` (Commands without the size group): printed three commands, ?,
+        G and B; encoded these three are sent without it; for every command without data, both forms
+        are understood.
+    Erratum ``ms2000-status-byte-example-limits`` (Read Status Byte, limits in the breakdown of the
+        example): printed bit 7 upper limit, bit 6 lower limit; encoded bit 6 upper limit, bit 7
+        lower limit.
+    Erratum ``ms2000-status-byte-example-ramping`` (Read Status Byte, bit 5 in the breakdown of the
+        example): printed 0: ramping down if ramping; encoded 0: ramping up, 1: ramping down.
+    Erratum ``ms2000-status-byte-example-size`` (Read Status Byte, example): printed 24 126 58;
+        encoded 24 126 01 58.
     """
 
     __slots__ = ()
