@@ -77,7 +77,8 @@ def device(
         typer.Option(
             "--allow-motion",
             metavar="MIN..MAX",
-            help="Allow motion and outputs within this range: 0..5mm, 0..90deg, 0..20V or 0..100000counts.",
+            help="Allow motion and outputs within this range: 0..5mm, 0..90deg, 0..20V or 0..2000counts "
+            "(steps of a drive).",
         ),
     ] = None,
     allow_eeprom: Annotated[
@@ -261,6 +262,6 @@ def pics(
         stream.write(draft.text)
     if out is not None:
         typer.echo(
-            f"written: {printable(str(out))}; add the stages, then run: "
+            f"written: {printable(str(out))}; complete it, then run: "
             "stagewire conformance device URL --pics FILE"
         )

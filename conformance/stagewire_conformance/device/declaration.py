@@ -22,7 +22,6 @@ from stagewire_conformance.device.permissions import Need, Range, RangeError, ne
 from stagewire_conformance.device.pics import Pics
 from stagewire_conformance.device.targets import (
     RACK,
-    Attachment,
     Target,
     Travel,
     places_of,
@@ -175,7 +174,7 @@ class Declaration:
         try:
             low, high = motion.in_counts(place.position_scale(channel))
         except RangeError as error:
-            raise RangeError(f"{at}: {error}{_hint(place.connected_to(channel))}") from None
+            raise RangeError(f"{at}: {error}{_hint(place, channel)}") from None
         travel = place.travel_of(channel)
         if travel is not None:
             low, high = max(low, travel.low), min(high, travel.high)
@@ -184,8 +183,11 @@ class Declaration:
         return Travel(low, high)
 
 
-def _hint(fitted: Attachment) -> str:
+def _hint(place: Target, channel: int | None) -> str:
     """Return a hint for a range that cannot be converted to counts."""
+    fitted = place.connected_to(channel)
+    if not place.moves_stages:
+        return "; allow counts, such as 0..2000counts"
     if fitted.position_scale is not None:
         return ""
     if fitted.stage is None:

@@ -199,7 +199,7 @@ def sheet_of(
     return Sheet(
         kind="device",
         title=f"Conformance of the {declared.unit.name}",
-        protocols={declared.protocol.name: _document(registry)},
+        protocols={declared.protocol.name: _document(registry, declared.unit.name)},
         started=report.started,
         seconds=seconds,
         seed=report.seed,
@@ -251,8 +251,10 @@ def places(
     return tuple(PageReference(protocol, page, registry.where((page,), overlay)) for page in pages)
 
 
-def _document(registry: Registry) -> str:
-    document = registry.document()
+def _document(registry: Registry, unit: str) -> str:
+    """Return the document that describes the unit."""
+    [entry] = [entry for entry in registry.data["units"] if entry["name"] == unit]
+    document = registry.document(registry.overlay_of(entry))
     return f"{document['title']}, issue {document['issue']}"
 
 
