@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from firmware_defects import Change, Defect, Draw, Says, Takes, named, of
 from firmware_frames import HOST, Frame
@@ -95,7 +95,11 @@ def _shifted(field: str, by: int) -> Change:
 
 
 def _times(field: str, factor: float) -> Change:
-    return lambda frame: [frame.with_(field, round(frame[field] * factor))]
+    def change(frame: Frame) -> list[Frame]:
+        has = field in frame.fields  # a short form may lack it
+        return [frame.with_(field, round(frame[field] * factor)) if has else frame]
+
+    return change
 
 
 def _at_rest(frame: Frame) -> list[Frame]:
@@ -149,6 +153,92 @@ def _stays(name: str, units: Sequence[str], setter: str, field: str, off: int) -
     )
 
 
+class _Secretly(Firmware):
+    """Uses other values than those of a SET, but its GET returns those of the SET.
+
+    :param setter: the SET message.
+    :param change: returns the values to use.
+    """
+
+    def __init__(self, setter: str, change: Callable[[Frame], Frame]) -> None:
+        self._setter, self._change = setter, change
+        self._getter = setter.replace("_SET_", "_GET_")
+        self._told: dict[int | None, Frame] = {}
+
+    def takes(self, frame: Frame) -> None:
+        if frame.name == self._setter:
+            self._told[frame.channel] = frame
+            frame = self._change(frame)
+        self.pass_on(frame.raw)
+
+    def says(self, frame: Frame) -> None:
+        if frame.name == self._getter and frame.channel in self._told:
+            frame = frame.with_packet(self._told[frame.channel].packet)
+        self.say(frame.raw)
+
+
+def _secretly(
+    name: str,
+    units: Sequence[str],
+    found_by: str,
+    setter: str,
+    about: str,
+    change: Callable[[Frame], Frame],
+) -> Defect:
+    """Return firmware that uses other values than those of a SET."""
+    return Defect(1, name, of(found_by), lambda draw: (_Secretly(setter, change), about), units)
+
+
+class _JogsOn(Firmware):
+    """Ignores a stop during a jog."""
+
+    def __init__(self) -> None:
+        self._jogs = False
+
+    def takes(self, frame: Frame) -> None:
+        if "_MOVE_STOP" not in frame.name:
+            if "_MOVE_" in frame.name:
+                self._jogs = frame.name == "PZMOT_MOVE_JOG"
+        elif self._jogs:
+            return
+        self.pass_on(frame.raw)
+
+
+class _Early(Firmware):
+    """Reports the end of a move, with the target, when it begins."""
+
+    def takes(self, frame: Frame) -> None:
+        self.pass_on(frame.raw)
+        if frame.name == "PZMOT_MOVE_ABSOLUTE" and frame.has_packet:
+            done = m.PzmotMoveCompleted(frame["chan_ident"], frame["abs_position"], 0)
+            self.say(done.pack(HOST, frame.dest))
+
+    def says(self, frame: Frame) -> None:
+        if frame.name != "PZMOT_MOVE_COMPLETED":
+            self.say(frame.raw)
+
+
+class _StoredIsAbsolute(Firmware):
+    """Takes the stored distance for a position."""
+
+    def __init__(self) -> None:
+        self._stored: dict[int | None, int] = {}
+
+    def takes(self, frame: Frame) -> None:
+        if frame.name == "PZMOT_SET_KCUBEMOVERELATIVEPARAMS":
+            self._stored[frame.channel] = frame["rel_distance"]
+        if frame.name == "PZMOT_MOVE_RELATIVE" and not frame.has_packet:
+            move = m.PzmotMoveAbsolute(frame["chan_ident"], self._stored[frame.channel])
+            self.pass_on(move.pack(frame.dest, HOST))
+        else:
+            self.pass_on(frame.raw)
+
+
+def _one_of_a_pair(frame: Frame) -> Frame:
+    """Enable only the first channel of a pair."""
+    return frame.with_("mode", {5: 1, 6: 3}.get(frame["mode"], frame["mode"]))
+
+
 _MOVED = "actuator-move"
 _ALL = (*_CUBES, "KIM001")
 
@@ -198,6 +288,24 @@ MOVING = (
            "enable_state", 2),
     _takes("A PDXC2 does not start its stored move", ("PDXC2",), _MOVED, "PZMOT_MOVE_START",
            _dropped),
+    Defect(1, "A jog of a drive ignores stops", of("actuator-jog"),
+           lambda draw: (_JogsOn(), "MOVE_STOP"), (*_ALL, "PDXC2")),
+    _secretly("A continuous jog of a KIM does a single step", _KIM, "actuator-jog",
+              "PZMOT_SET_KCUBEJOGPARAMS", "PZMOT_MOVE_JOG",
+              lambda frame: frame.with_("jog_mode", 2)),
+    _secretly("A continuous jog of a TIM101 does a single step", ("TIM101",), "actuator-jog",
+              "PZMOT_SET_TIMJOGPARAMS", "PZMOT_MOVE_JOG",
+              lambda frame: frame.with_("jog_mode", 2)),
+    _secretly("A reverse jog of a KIM has the step forward", _KIM, "actuator-jog",
+              "PZMOT_SET_KCUBEJOGPARAMS", "PZMOT_MOVE_JOG",
+              lambda frame: frame.with_("jog_step_size_rev", frame["jog_step_size_fwd"])),
+    _secretly("A pair mode of a KIM enables one channel", ("KIM101",), "actuator-disabled",
+              "PZMOT_SET_KCUBECHANENABLEMODE", "PZMOT_SET_KCUBECHANENABLEMODE", _one_of_a_pair),
+    _takes("A KIM does not move at a velocity", _KIM, _MOVED, "PZMOT_MOVE_VELOCITY", _dropped),
+    Defect(1, "A KIM takes its stored distance for a position", of(_MOVED),
+           lambda draw: (_StoredIsAbsolute(), "PZMOT_MOVE_RELATIVE"), _KIM),
+    Defect(1, "The end of a move of a drive is reported when it begins", of(_MOVED),
+           lambda draw: (_Early(), "PZMOT_MOVE_COMPLETED"), _ALL),
     _takes("A paddle misses its target by 40 counts", _PADDLES, _MOVED, "MOT_MOVE_ABSOLUTE",
            _shifted("absolute_distance", -40)),
     _takes("A move also counts on another paddle", _PADDLES, _MOVED, "MOT_MOVE_ABSOLUTE",

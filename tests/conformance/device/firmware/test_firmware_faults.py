@@ -108,3 +108,22 @@ def test_a_defect_of_an_ms2000_is_found(defect: CommandDefect, seed: int, whole:
     unit = bench(name)
     link = FaultyCommandLink(unit.line(seed), firmware)
     judge(defect, about, unit.run(link, kinds_of(defect, whole), seed))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "The end of a move of a drive is never reported",
+        "The end of a move counts channels from 1 to 4",
+        "The end of a move of a drive is reported when it begins",
+    ],
+)
+def test_the_time_of_a_motion_is_judged_only_if_its_end_is_right(name: str) -> None:
+    [defect] = (each for each in DEFECTS if each.name == name)
+    drawn = defect.draw(0)
+    unit = bench(drawn.unit)
+    link = FaultyLink(unit.line(0), drawn.firmware, unit.status)
+    report = unit.run(link, frozenset({"actuator-move", "actuator-jog"}), 0)
+    texts = [finding.text for outcome in report.outcomes for finding in outcome.findings]
+    assert any("PZMOT_MOVE_COMPLETED" in text for text in texts)
+    assert not [text for text in texts if "should take" in text]

@@ -73,6 +73,17 @@ class StaleEnd(Firmware):
         self.say(frame.raw)
 
 
+class StopsReportedForAll(Firmware):
+    """The stop of a channel is reported for all channels, as by the simulated KIM101 of the vendor."""
+
+    def says(self, frame: Frame) -> None:
+        stopped = frame.name == "PZMOT_MOVE_STOPPED"
+        for channel in (1, 2, 4, 8) if stopped else ():
+            self.say(frame.with_("chan_ident", channel).raw)
+        if not stopped:
+            self.say(frame.raw)
+
+
 class Frozen(Firmware):
     """The status always reports the same position."""
 
@@ -109,6 +120,13 @@ def test_known_behaviour_of_real_controllers_passes(
     report = run_on(bench(unit), make(), MOVES)
     assert not report.unfinished
     assert not worst_of(report)
+
+
+def test_a_stop_reported_for_all_channels_of_a_drive_is_a_note() -> None:
+    report = run_on(bench("KIM101"), StopsReportedForAll(), frozenset({"actuator-stop"}))
+    assert not worst_of(report)
+    notes = [finding.text for outcome in report.outcomes for finding in outcome.findings]
+    assert len([text for text in notes if "PZMOT_MOVE_STOPPED also came for channel" in text]) >= 4
 
 
 def test_stale_bits_in_an_end_message_are_non_strict() -> None:

@@ -9,12 +9,12 @@ from __future__ import annotations
 from typing import Final
 
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.actuators import moves, stops
+from stagewire_conformance.device.checks.apt.actuators import jogs, moves, stops
 
 KINDS: Final[tuple[Kind, ...]] = (
     moves.MOVE,
     stops.STOP,
-    moves.JOG,
+    jogs.JOG,
     moves.HOME,
     stops.DISABLED,
 )

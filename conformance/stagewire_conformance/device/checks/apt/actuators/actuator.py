@@ -25,7 +25,7 @@ from stagewire_conformance.device.checks.apt.actuators.families import (
     span_of,
     stop_of,
 )
-from stagewire_conformance.device.checks.apt.actuators.readiness import get_ready
+from stagewire_conformance.device.checks.apt.actuators.readiness import get_ready, interrupt
 from stagewire_conformance.device.lines.motions import STATUS_BITS, reports_motion
 from stagewire_conformance.device.trial import EnoughError
 
@@ -58,6 +58,7 @@ class Motion:
     :param seconds: from the command to the message at its end, or to rest without one.
     :param rest: the position at rest.
     :param ends: the messages that report an end, of every channel.
+    :param then: the position just after the message at its end.
     :param stopped: whether it was stopped as planned.
     :param strayed: where it was when it was stopped because it left its way or took too long.
     :param moved: whether the status reported motion while the position changed; None if it was not read.
@@ -68,6 +69,7 @@ class Motion:
     seconds: float = 0.0
     rest: int = 0
     ends: list[Incoming] = field(default_factory=list)
+    then: int | None = None
     stopped: bool = False
     strayed: int | None = None
     moved: bool | None = None
@@ -213,13 +215,14 @@ class Actuator:
             seen.ends += [each for each in heard if each.name in line.ends]
             seen.seconds = line.now - began
             if self._has_ended(seen.ends):
+                seen.then = self.position()
                 break
             position = self.position()
             if position != start and seen.moved is None and not seen.stopped:
                 seen.moved = self.reports_motion()
             if not low - _STRAYS <= position - start <= high + _STRAYS or seen.seconds > limit:
                 seen.strayed = position
-                self.stop()
+                self._halt()
                 break
             if stop is not None and not seen.stopped and stop(position):
                 seen.stopped = True
@@ -238,6 +241,15 @@ class Actuator:
         self.trial.line.send(
             self.trial.declared.make(name, self.channel, **manner), self.place.address
         )
+
+    def _halt(self) -> None:
+        """Stop the actuator; disable it for a moment if it still moves."""
+        self.stop()
+        self.trial.line.pause(POLL)
+        before = self.position()
+        self.trial.line.pause(POLL)
+        if self.position() != before:
+            interrupt(self.trial, self.place, self.channel)
 
     def rest(self) -> int:
         """Wait until the position does not change, and return it."""

@@ -36,16 +36,20 @@ def actuator_check(
     messages: Callable[[Family], tuple[str, ...]],
     seconds: float,
     reads: Callable[[Family], tuple[str, ...]] = lambda family: (),
+    writes: Callable[[Family], tuple[str, ...]] = lambda family: (),
+    changes: bool = False,
     fits: Callable[[Target], object] = lambda place: True,
     name: str = "",
 ) -> Callable[[_Looks], _Looks]:
     """Declare a function as a check of each actuator; a decorator.
 
-    It needs the permission for settings if a move changes one, as on a PDXC2.
+    It needs the permission for settings if a move changes one, as on a PDXC2, or if ``changes``.
 
     :param title: has the actuator as ``{actuator}``.
     :param messages: returns the messages that a target must claim, besides those of its moves.
     :param reads: returns the parameter sets that are read, besides those of its moves.
+    :param writes: returns the parameter sets that are also written if settings may be changed.
+    :param changes: whether the check is about settings that it changes.
     :param fits: returns whether a target has what the check is about.
     :param name: the name of the check within its kind, if the kind has several.
     """
@@ -56,13 +60,17 @@ def actuator_check(
             if family is None or not fits(place):
                 continue
             wanted = (*messages(family), family.command, stop_of(place))
+            written = (*family.stored, *(writes(family) if allowed.settings else ()))
             for channel in place.channels:
                 yield Case(
                     name=f"{place.name}/{channel}",
                     arguments={"place": place, "channel": channel},
                     words={"actuator": f"channel {channel} of {place.name}"},
-                    messages=(*wanted, *_used(declared, place, channel, family, reads(family))),
-                    needs=frozenset({Need.SETTINGS} if family.stored else ()),
+                    messages=(
+                        *wanted,
+                        *_used(declared, place, channel, family, reads(family), written),
+                    ),
+                    needs=frozenset({Need.SETTINGS} if family.stored or changes else ()),
                     skip=place.why_none(wanted),
                     lacks=lacks_range(declared, allowed, (place, channel)),
                 )
@@ -79,7 +87,12 @@ def actuator_check(
 
 
 def _used(
-    declared: Declaration, place: Target, channel: int, family: Family, reads: tuple[str, ...]
+    declared: Declaration,
+    place: Target,
+    channel: int,
+    family: Family,
+    reads: tuple[str, ...],
+    written: tuple[str, ...],
 ) -> list[str]:
     """Return the claimed messages that every check of an actuator may use."""
     names = [*sorted(ENABLED_SETS), *sorted(MODE_SETS), family.completed]
@@ -87,8 +100,6 @@ def _used(
     names += ["PZMOT_REQ_STATUSUPDATE", "PZMOT_GET_STATUSUPDATE"]
     names += ["MOT_REQ_DCSTATUSUPDATE", "MOT_GET_DCSTATUSUPDATE"]
     names += ["PZ_REQ_POSCONTROLMODE", "PZ_GET_POSCONTROLMODE"]
-    for placed in sets_of(declared, place, channel, *family.stored, *family.paces, *reads):
-        names += (
-            placed.set.messages if placed.set.name in family.stored else placed.set.messages[1:]
-        )
+    for placed in sets_of(declared, place, channel, *written, *family.paces, *reads):
+        names += placed.set.messages[0 if placed.set.name in written else 1 :]
     return [name for name in names if name in place.messages]

@@ -1,4 +1,4 @@
-"""``actuator-move``, ``actuator-jog`` and ``actuator-home``: an actuator goes where it should.
+"""``actuator-move`` and ``actuator-home``: an actuator goes where it should.
 
 Only its own channel moves, and the end of the motion is reported. Homing is checked on paddles only: a PDXC2
 homes to the index of its stage, whose position is not known before.
@@ -10,17 +10,18 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import MoveDirection
-from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.actuators.actuator import Actuator, Motion
 from stagewire_conformance.device.checks.apt.actuators.actuator_check import actuator_check
-from stagewire_conformance.device.checks.apt.actuators.families import Family, family_of, sets_of
+from stagewire_conformance.device.checks.apt.actuators.families import Family, sets_of
 from stagewire_conformance.device.checks.apt.actuators.judgement import (
+    arrives,
     judge_end,
+    judge_motion,
     judge_others,
-    judge_pace,
     judge_target,
 )
+from stagewire_conformance.device.checks.apt.actuators.runs import judge_run
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
@@ -30,6 +31,8 @@ _SECONDS: Final = 0.5
 """The approximate duration of a move in seconds."""
 _HOMED: Final = "MOT_MOVE_HOMED"
 _RELATIVE: Final = ("PZMOT_MOVE_RELATIVE",)
+_BY: Final = "PZMOT_KCUBEMOVERELATIVEPARAMS"
+_TO: Final = "PZMOT_KCUBEMOVEABSOLUTEPARAMS"
 
 MOVE = Kind(
     name="actuator-move",
@@ -42,19 +45,9 @@ MOVE = Kind(
         "absolute-move",
         "move-completed",
         "pol-global-settings",
-    ),
-)
-JOG = Kind(
-    name="actuator-jog",
-    title="A jog of an inertial drive or paddle moves by its step",
-    rules=(
-        "pzmot-jog",
-        "pzmot-jog-mode",
-        "pzmot-channels",
-        "pzmot-move-completed",
-        "pzmot-move-parameters",
-        "pol-jog-step",
-        "jog-move-completed",
+        "unit-messages",
+        "stop-any-move",
+        "stop-completed",
     ),
 )
 HOME = Kind(
@@ -82,9 +75,7 @@ def _move(trial: Trial, place: Target, channel: int) -> None:
     others = actuator.others()
     target = actuator.target(_SECONDS)
     for goal in (target, actuator.start):
-        seen = actuator.move(goal)
-        if _judge(actuator, seen, goal, others):
-            judge_pace(actuator, seen, actuator.rate)
+        judge_motion(actuator, actuator.move(goal), goal, others, actuator.rate)
 
 
 @actuator_check(
@@ -106,52 +97,63 @@ def _relative(trial: Trial, place: Target, channel: int) -> None:
         told = f"PZMOT_MOVE_RELATIVE by {distance}"
         message = m.PzmotMoveRelative(channel, distance)
         seen = actuator.watch(told, message, start, distance, actuator.rate)
-        if not _judge(actuator, seen, start + distance, others):
+        if not judge_motion(actuator, seen, start + distance, others, actuator.rate):
             return
 
 
 @actuator_check(
-    JOG,
-    "A jog of {actuator} moves by its step in both directions, and no other channel moves",
-    messages=lambda family: (*_ends(family), _jog_of(family)),
-    does="jogs each inertial drive and paddle in both directions within {range}",
-    reads=lambda family: family.jogs,
-    seconds=4.6,
+    MOVE,
+    "{actuator} moves to its stored position and by its stored distance",
+    messages=lambda family: (*_ends(family), *_RELATIVE),
+    does="sets the stored position and distance of each inertial drive, and moves by them within {range}",
+    writes=lambda family: (_BY, _TO),
+    changes=True,
+    seconds=2.7,
+    fits=lambda place: place.listed.issuperset(_RELATIVE),
+    name="stored",
 )
-def _jog(trial: Trial, place: Target, channel: int) -> None:
+def _stored(trial: Trial, place: Target, channel: int) -> None:
     actuator = Actuator(trial, place, channel)
-    jog = actuator.jog_parameters()
-    room = max(jog.steps)
-    if not jog.single or not 0 < room <= (actuator.high - actuator.low) // 2:
-        trial.inconclusive(
-            f"{actuator.text}: a jog moves by {room} counts"
-            f"{'' if jog.single else ' or until it is stopped'}, in both directions; set a single step "
-            "that fits twice into the allowed range"
-        )
-        return
     actuator.prepare()
-    middle = min(max(actuator.start, actuator.low + room), actuator.high - room)
-    if middle != actuator.start and not _arrives(actuator, middle):
-        return
     others = actuator.others()
-    ways = []
-    for direction, step in zip(MoveDirection, jog.steps, strict=True):
-        seen = actuator.jog(direction, step, jog.rate)
-        way = seen.rest - seen.start
-        goal = seen.start + (step if way > 0 else -step)
-        rules = actuator.family.rules
-        stayed = abs(way) <= actuator.family.tolerance
-        rule = rules.starts_jog if stayed else rules.jog
-        if not _judge(actuator, seen, goal, others, rule, _jog_end(actuator)):
+    target = actuator.target(_SECONDS)
+    way = actuator.start - target
+    moves = (
+        (_TO, "abs_distance", target, m.PzmotMoveAbsoluteHeader, target),
+        (_BY, "rel_distance", way, m.PzmotMoveRelativeHeader, actuator.start),
+    )
+    for name, field, value, kind, goal in moves:
+        [placed] = sets_of(trial.declared, place, channel, name)
+        values = placed.read(trial)
+        placed.undo(trial, values)
+        placed.write(trial, {**values, field: value})
+        start = actuator.position()
+        message = kind(channel)
+        told = f"{message.layout.message} without data, with {field} = {value}"
+        seen = actuator.watch(told, message, start, goal - start, actuator.rate)
+        if not judge_motion(actuator, seen, goal, others, actuator.rate):
             return
-        judge_pace(actuator, seen, jog.rate)
-        ways.append(way)
-    trial.must(
-        ways[0] * ways[1] < 0,
-        f"{actuator.text}: jogs forward and in reverse moved it by {ways[0]} and by {ways[1]}, in the same "
-        "direction",
-        rule=actuator.family.rules.jog,
-        cause=Cause(_jog_of(actuator.family), EFFECT),
+
+
+@actuator_check(
+    MOVE,
+    "PZMOT_MOVE_VELOCITY moves {actuator} until it is stopped",
+    messages=lambda family: ("PZMOT_MOVE_VELOCITY",),
+    does="moves each inertial drive within {range} until a stop",
+    seconds=3.7,
+    fits=lambda place: "PZMOT_MOVE_VELOCITY" in place.listed,
+    name="velocity",
+)
+def _velocity(trial: Trial, place: Target, channel: int) -> None:
+    actuator = Actuator(trial, place, channel)
+    actuator.prepare()
+    judge_run(
+        actuator,
+        "PZMOT_MOVE_VELOCITY forward",
+        m.PzmotMoveVelocity(channel, MoveDirection.FORWARD),
+        rate=actuator.rate,
+        starts="unit-messages",
+        lasts="unit-messages",
     )
 
 
@@ -175,7 +177,7 @@ def _home(trial: Trial, place: Target, channel: int) -> None:
         )
         return
     actuator.prepare()
-    if actuator.start == home and not _arrives(actuator, actuator.target(_SECONDS)):
+    if actuator.start == home and not arrives(actuator, actuator.target(_SECONDS)):
         return
     others = actuator.others()
     start = actuator.position()
@@ -191,37 +193,3 @@ def _rule_of_home(actuator: Actuator, seen: Motion) -> str:
     """Return the rule of a paddle that is not at its home position after homing."""
     stayed = abs(seen.rest - seen.start) <= actuator.family.tolerance
     return "home-starts" if stayed else "pol-global-settings"
-
-
-def _arrives(actuator: Actuator, target: int) -> bool:
-    """Move to a position before what is checked, and return whether the actuator is there."""
-    return judge_target(actuator, actuator.move(target), target, actuator.family.rules.move)
-
-
-def _judge(
-    actuator: Actuator,
-    seen: Motion,
-    target: int,
-    others: dict[int, int],
-    rule: str = "",
-    end: str = "",
-) -> bool:
-    """Judge a motion to a target and its end, and return whether it arrived."""
-    rules = actuator.family.rules
-    arrived = judge_target(actuator, seen, target, rule or rules.move)
-    judge_others(actuator, seen, others)
-    if arrived:
-        judge_end(actuator, seen, _ends(actuator.family), end or rules.ends)
-    return arrived
-
-
-def _jog_of(family: Family) -> str:
-    """Return the message that starts a jog."""
-    return "MOT_MOVE_JOG" if family.command == "MOT_MOVE_ABSOLUTE" else "PZMOT_MOVE_JOG"
-
-
-def _jog_end(actuator: Actuator) -> str:
-    """Return the rule about the message at the end of a jog."""
-    assert family_of(actuator.place) is actuator.family
-    paddle = actuator.family.command == "MOT_MOVE_ABSOLUTE"
-    return "jog-move-completed" if paddle else actuator.family.rules.ends

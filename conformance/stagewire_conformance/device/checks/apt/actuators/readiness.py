@@ -19,6 +19,7 @@ from stagewire_conformance.device.checks.apt.enable_state import (
 )
 
 if TYPE_CHECKING:
+    from stagewire.protocols import FramedMessage
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
@@ -58,6 +59,19 @@ def disable(trial: Trial, place: Target, channel: int) -> None:
         set_mode(trial, place, ChannelEnableMode.NONE)
     else:
         set_state(trial, place, channel, EnableState.DISABLE)
+
+
+def interrupt(trial: Trial, place: Target, channel: int) -> None:
+    """Disable a channel that ignores its stop, and enable it again when it rests."""
+    if has_mode(place):
+        again: FramedMessage = m.PzmotSetKcubeChanEnableMode(mode=_mode(trial, place))
+    elif place.messages >= ENABLED_SETS:
+        again = m.ModSetChanEnableState(channel, EnableState.ENABLE)
+    else:
+        return
+    trial.line.disable_channel(place, channel)
+    trial.line.pause(PAUSE)
+    trial.line.send(again, place.address)
 
 
 def _mode(trial: Trial, place: Target) -> int:

@@ -10,7 +10,7 @@ from stagewire_conformance.device.checks.apt.actuators.actuator import Actuator
 from stagewire_conformance.device.checks.apt.actuators.actuator_check import actuator_check
 from stagewire_conformance.device.checks.apt.actuators.families import move_to, stop_of
 from stagewire_conformance.device.checks.apt.actuators.judgement import judge_bits, judge_end
-from stagewire_conformance.device.checks.apt.actuators.readiness import disable, has_mode
+from stagewire_conformance.device.checks.apt.actuators.readiness import disable, has_mode, set_mode
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
@@ -24,6 +24,8 @@ _SHARE: Final = 10
 """A move is stopped after this part of its distance."""
 _AFTER: Final = 1.0
 """Seconds in which a disabled actuator must not move."""
+_BRIEF: Final = 0.2
+"""The approximate duration of a move that only shows whether a channel is enabled."""
 _STOPPED: Final = 0.1
 """Seconds in which a stop is reported."""
 
@@ -100,4 +102,39 @@ def _disabled(trial: Trial, place: Target, channel: int) -> None:
         f"{actuator.text} was disabled by {how}, but {told} moved it from {start} to {now}",
         rule="pzmot-enable-mode" if by_mode else "channel-enable",
         cause=Cause(how, EFFECT),
+    )
+
+
+def _pair_mode(place: Target, channel: int) -> int | None:
+    """Return the enable mode of the pair with a channel; None if the target has none."""
+    enabling = place.unit.enabling
+    pairs = {} if enabling is None else enabling.channels
+    number = channel.bit_length()
+    return next((mode for mode, pair in pairs.items() if len(pair) > 1 and number in pair), None)
+
+
+@actuator_check(
+    DISABLED,
+    "{actuator} moves while an enable mode enables it with another channel",
+    messages=lambda family: (),
+    does="enables pairs of channels, and moves each inertial drive within {range} and back",
+    seconds=2.5,
+    fits=lambda place: has_mode(place) and len(place.channels) > 1,
+    name="pair",
+)
+def _pair(trial: Trial, place: Target, channel: int) -> None:
+    actuator = Actuator(trial, place, channel)
+    target = actuator.target(_BRIEF)
+    mode = _pair_mode(place, channel)
+    assert mode is not None  # every channel of a unit with several ones is in a pair
+    actuator.prepare()
+    set_mode(trial, place, mode)
+    seen = actuator.move(target)
+    trial.must(
+        seen.rest != seen.start,
+        f"{actuator.text}: PZMOT_SET_KCUBECHANENABLEMODE set the mode {mode}, which enables it with another "
+        f"channel, but {seen.told} did not move it",
+        rule="pzmot-enable-mode",
+        cause=Cause("PZMOT_SET_KCUBECHANENABLEMODE", "pairs"),
+        because=(Cause(actuator.family.command, EFFECT),),
     )
