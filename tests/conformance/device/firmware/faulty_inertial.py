@@ -77,6 +77,10 @@ def _in_all(frame: Frame) -> list[Frame]:
     return [frame.with_("chan_ident", ident) for ident in (1, 2)]
 
 
+def _in_all_four(frame: Frame) -> list[Frame]:
+    return [frame.with_("chan_ident", ident) for ident in (1, 2, 4, 8)]
+
+
 def _set_to(field: str, value: int) -> Change:
     return lambda frame: [frame.with_(field, value)]
 
@@ -302,6 +306,10 @@ MOVING = (
     _secretly("A pair mode of a KIM enables one channel", ("KIM101",), "actuator-disabled",
               "PZMOT_SET_KCUBECHANENABLEMODE", "PZMOT_SET_KCUBECHANENABLEMODE", _one_of_a_pair),
     _takes("A KIM does not move at a velocity", _KIM, _MOVED, "PZMOT_MOVE_VELOCITY", _dropped),
+    _takes("The position counter of a drive cannot be set", _ALL, "actuator-counter",
+           "PZMOT_SET_POSCOUNTERS", _dropped),
+    _takes("All position counters are set together", _CUBES, "actuator-counter",
+           "PZMOT_SET_POSCOUNTERS", _in_all_four),
     Defect(1, "A KIM takes its stored distance for a position", of(_MOVED),
            lambda draw: (_StoredIsAbsolute(), "PZMOT_MOVE_RELATIVE"), _KIM),
     Defect(1, "The end of a move of a drive is reported when it begins", of(_MOVED),

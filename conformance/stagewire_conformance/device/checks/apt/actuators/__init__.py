@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Final
 
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.actuators import jogs, moves, stops
+from stagewire_conformance.device.checks.apt.actuators import counters, jogs, moves, stops
 
 KINDS: Final[tuple[Kind, ...]] = (
     moves.MOVE,
@@ -17,5 +17,6 @@ KINDS: Final[tuple[Kind, ...]] = (
     jogs.JOG,
     moves.HOME,
     stops.DISABLED,
+    counters.COUNTER,
 )
 """The kinds in the order in which they run: a stop is checked before jogs."""
