@@ -77,6 +77,11 @@ def _in_all(frame: Frame) -> list[Frame]:
     return [frame.with_("chan_ident", ident) for ident in (1, 2)]
 
 
+def _one_channel(frame: Frame) -> list[Frame]:
+    """Leave out all channels of a status except the first one."""
+    return [frame.with_packet(frame.packet[:14])]
+
+
 def _in_all_four(frame: Frame) -> list[Frame]:
     return [frame.with_("chan_ident", ident) for ident in (1, 2, 4, 8)]
 
@@ -390,6 +395,8 @@ INERTIAL = (
           "PZMOT_GET_STATUSUPDATE", _cut,
           ends="0x50 channel 1 may still be moving: it does not answer after PZMOT_MOVE_STOP, "
           "PZMOT_SET_KCUBECHANENABLEMODE (disable)"),
+    _says("The status of a KIM101 has one channel", ("KIM101",), "answers actuator-stop",
+          "PZMOT_GET_STATUSUPDATE", _one_channel),
     _says("The drive voltage is reported as 0", (*_CUBES, "KIM001"), "registry readback",
           "PZMOT_GET_DRIVEOPPARAMS", _set_to("max_voltage", 0)),
     _says("The velocity of paddles is reported as 0", _PADDLES, "registry readback",

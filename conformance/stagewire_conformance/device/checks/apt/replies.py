@@ -47,6 +47,7 @@ from stagewire_conformance.device.lines.strays import (
     subject_of,
     wrong_length,
 )
+from stagewire_conformance.registry import PLAIN
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -259,6 +260,7 @@ def judge_message(trial: Trial, place: Target, channel: int | None, heard: Incom
         cause=Cause(heard.name, EXTRA),
         came=heard.raw,
     )
+    judge_form(trial, place, heard)
     field = trial.declared.framed.channel
     if field is not None and channel is not None and heard.channel is not None:
         everywhere = Cause(place.name, f"channel {heard.channel} instead of {channel}")
@@ -275,6 +277,26 @@ def judge_message(trial: Trial, place: Target, channel: int | None, heard: Incom
             trial.causes.report(Cause(heard.name, CHANNEL), first or trial.check)
     for fault in faults_of(trial.declared, message):
         judge_fault(trial, heard, fault)
+
+
+def judge_form(trial: Trial, place: Target, heard: Incoming) -> None:
+    """Report a message of one channel from a unit that sends all channels in one message, or the reverse."""
+    registry, name = trial.declared.registry, place.unit.name
+    layouts = {layout["form"]: layout for layout in registry.messages[heard.name]["layouts"]}
+    field = trial.declared.framed.channel
+    named = {any(each["name"] == field for each in one["fields"]) for one in layouts.values()}
+    if len(named) < 2 or PLAIN not in layouts:
+        return
+    sends = registry.table("units")[name].get("sends", {}).get(heard.name, {})
+    due = layouts[sends.get("form", PLAIN).replace("_", ":", 1)]["length"]
+    came = heard.message.layout.length
+    trial.must(
+        came == due,
+        f"{heard.name} has a packet of {came} bytes; that of a {name} has {due} bytes",
+        rule=SIZES,
+        cause=Cause(heard.name, DELIVERY),
+        came=heard.raw,
+    )
 
 
 def judge_fault(trial: Trial, heard: Incoming, fault: Fault) -> None:

@@ -98,11 +98,15 @@ class Actuator:
         heard = self.trial.reply(self._request(number), self.place.address)
         return int(_value(heard, "position", number))
 
+    @property
+    def status(self) -> str:
+        """The message with the status."""
+        dc = self.place.status == "dc"
+        return "MOT_GET_DCSTATUSUPDATE" if dc else "PZMOT_GET_STATUSUPDATE"
+
     def reports_motion(self) -> bool | None:
         """Return whether the status reports motion; None if the target has no such status."""
-        name = "PZMOT_REQ_STATUSUPDATE"
-        if self.place.status == "dc":
-            name = "MOT_REQ_DCSTATUSUPDATE"
+        name = self.status.replace("_GET_", "_REQ_")
         if name not in self.place.messages or self.place.status is None:
             return None
         request = self.trial.declared.make(name, self.channel)

@@ -165,6 +165,7 @@ def judge_bits(actuator: Actuator, seen: Motion) -> None:
         f"{actuator.text}: its position changed after {seen.told}, but its status did not report motion",
         rule=rule,
         cause=Cause("status", "motion bits"),
+        because=(Cause(actuator.status, DELIVERY),),
     )
     actuator.trial.must(
         not actuator.reports_motion(),
