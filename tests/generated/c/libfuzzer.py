@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import tools
+from generated_c import generated
 
 ROOT = Path(__file__).parents[3]
 HERE = ROOT / "tests" / "fuzz" / "c"
@@ -258,18 +259,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--executions", type=int, default=EXECUTIONS)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--c", type=Path, default=ROOT / "generated" / "c", help="the generated C")
+    parser.add_argument("--c", type=Path, help="the C with its tests (default: generate it)")
     parser.add_argument("--replay", type=Path, help="run one kept input")
     options = parser.parse_args(arguments)
     reason = tools.why_not(["clang", "clang -fsanitize"])
     if reason:
         print(reason)
         return 2
+    c = options.c or generated()
     if options.replay:
         with tempfile.TemporaryDirectory() as folder:
-            program = build(options.replay.name.partition("-")[0], options.c, Path(folder))
+            program = build(options.replay.name.partition("-")[0], c, Path(folder))
             return subprocess.run([str(program), str(options.replay)], check=False).returncode
-    return run(options.executions, options.seed, options.processes, options.c)
+    return run(options.executions, options.seed, options.processes, c)
 
 
 if __name__ == "__main__":

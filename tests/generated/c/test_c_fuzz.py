@@ -143,3 +143,17 @@ def test_all_requested_executions_are_distributed() -> None:
             given = sum(job.executions for job in libfuzzer.jobs(executions, processes))
             assert given >= executions
     assert sum(target.share for target in libfuzzer.TARGETS.values()) == 100
+
+
+def test_the_program_generates_the_c_with_its_tests(monkeypatch: pytest.MonkeyPatch) -> None:
+    fuzzed: list[Path] = []
+
+    def run(executions: int, seed: int, processes: int, c: Path) -> int:
+        fuzzed.append(c)
+        return 0
+
+    monkeypatch.setattr(libfuzzer.tools, "why_not", lambda _: "")
+    monkeypatch.setattr(libfuzzer, "run", run)
+    assert libfuzzer.main([]) == 0
+    for target in libfuzzer.TARGETS.values():
+        assert (fuzzed[0] / target.package / "testing" / "layouts.c").is_file()
