@@ -205,16 +205,21 @@ def method(device: Any, call: Call) -> Callable[..., Any]:
 
 
 def fields_of(layout: Any, unit: str = "") -> list[Any]:
-    """Return the fields of a layout, with their ranges on a unit, or with ranges that fit every unit."""
+    """Return the fields of a layout, with their ranges on a unit, or with ranges that fit every unit.
+
+    They also fit every setting on which a range depends.
+    """
     fields = (layout["param1"], layout["param2"], *layout["fields"])
     return [_ranged(field, unit) for field in fields if field]
 
 
 def _ranged(field: Any, unit: str) -> Any:
-    ranges = field.get("ranges_by_unit")
-    if not ranges:
+    ranges = field.get("ranges_by_unit", {})
+    fitting = [ranges.get(unit, ranges["others"])] if unit and ranges else [*ranges.values()]
+    cases = (field.get("scale") or {}).get("cases", {})
+    fitting += [case for case in cases.values() if "minimum" in case]
+    if not fitting:
         return field
-    fitting = [ranges.get(unit, ranges["others"])] if unit else ranges.values()
     minimum = max(each["minimum"] for each in fitting)
     maximum = min(each["maximum"] for each in fitting)
     found = {**field, "minimum": minimum, "maximum": maximum}

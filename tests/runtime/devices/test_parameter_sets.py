@@ -25,6 +25,7 @@ from stagewire.devices import (
 from stagewire.errors import BadValueError
 from stagewire.quantities import Scale, Stage
 from stagewire_apt.devices import BBD302, BPC201, KDC101, KSC101, KST101, TDC001, TPZ001, TSC001
+from stagewire_apt.devices.values import PzmotStatusUpdate
 from stagewire_ms2000.devices import MS2000
 
 PACKAGES = (
@@ -62,6 +63,8 @@ def test_every_value_of_a_set_is_a_parameter_and_its_calls_accept_it(package: Mo
 def check_parameters(kind: type[Any], one: SetOfParameters) -> None:
     """Compare a set with its values and its methods."""
     single = {name for name in one.values.names if not isinstance(vars(one.values)[name], InUnits)}
+    if one.values is PzmotStatusUpdate:  # the short form is that of other units
+        single -= {"position", "status_bits"}
     assert len(single - {"chan_ident"} - one.parameters.keys()) == len(one.arguments)
     requested = set(signature(getattr(kind, one.read)).parameters) - {"self", "timeout"}
     assert requested == one.arguments.keys()
