@@ -156,10 +156,10 @@ def closed_loop() -> Bench:
 
 def test_an_inertial_drive_passes_in_closed_loop() -> None:
     on = closed_loop()
-    report = run_on(on, ACTUATOR)
-    assert {outcome.kind.name: outcome.result for outcome in report.outcomes} == dict.fromkeys(
-        ACTUATOR, Result.PASS
-    )
+    results = {outcome.check.id: outcome.result for outcome in run_on(on, ACTUATOR).outcomes}
+    assert results.pop("actuator-jog/0x50/1/continuous") is Result.INFO  # it needs a wider range
+    assert {id.partition("/")[0] for id in results} == {*ACTUATOR}
+    assert {*results.values()} == {Result.PASS}
     assert on.behaviour().closed
 
 
