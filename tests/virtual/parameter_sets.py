@@ -62,7 +62,8 @@ def wanted_values(unit: str, set_: Any, seed: int) -> dict[str, Any]:
         elif set_.layout.message == ENABLE_MODE and UNITS[unit].facts["channels"] == 1:
             values[field["name"]] = 1  # page 394: only channel 1
         elif "enum" in field:
-            listed = sorted(field["enum"].values())
+            lowest, highest = limits(field, unit)
+            listed = sorted(v for v in field["enum"].values() if lowest <= v <= highest)
             values[field["name"]] = listed[-seed % len(listed)]
         else:
             lowest, highest = limits(field, unit)

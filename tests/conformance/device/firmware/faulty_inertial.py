@@ -120,7 +120,9 @@ def _at_rest(frame: Frame) -> list[Frame]:
 
 
 def _counts_elsewhere(frame: Frame) -> list[Frame | bytes]:
-    """Also set the counter of another channel to the target."""
+    """Also set the counter of another channel to the target, if the move has one."""
+    if not frame.has_packet:
+        return [frame]
     other = 2 if frame["chan_ident"] == 1 else 1
     if frame.name == "PZMOT_MOVE_ABSOLUTE":
         message: m.FramedMessage = m.PzmotSetPosCounters(other, position=frame["abs_position"])
