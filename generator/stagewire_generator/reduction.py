@@ -36,7 +36,10 @@ def reduced(protocol: Protocol, names: Collection[str]) -> Protocol:
     wanted = {aliases[name]["like"] if name in aliases else name for name in names}
     messages = _messages(protocol, wanted)
     kept = {message.name for message in messages}
-    fields = [f for message in messages for layout in message.layouts for f in layout.all_fields]
+    fields = list(_fields(messages))
+    usual = list(
+        _fields(m for m in protocol.messages if m.name in kept)
+    )  # examples may name theirs
     sets = tuple(_sets(protocol.sets, kept))
     controllers = tuple(_controllers(protocol.controllers, {*wanted, *names}))
     stages = tuple(_stages(protocol.stages, {controller.name for controller in controllers}))
@@ -63,8 +66,14 @@ def reduced(protocol: Protocol, names: Collection[str]) -> Protocol:
             for enumeration in protocol.enumerations
             if enumeration.name in named
             or any(enumeration in field.enumerations for field in fields)
+            or any(enumeration == field.enum for field in usual)
         ),
-        flags=tuple(t for t in protocol.flags if any(t in f.flag_tables for f in fields)),
+        flags=tuple(
+            table
+            for table in protocol.flags
+            if any(table in field.flag_tables for field in fields)
+            or any(table == field.flags for field in usual)
+        ),
         quantities=quantities,
         settings=_settings(protocol.settings, {*kept, *(s.name for s in sets)}),
         controllers=controllers,
@@ -108,6 +117,12 @@ def _messages(protocol: Protocol, units: Collection[str]) -> tuple[Message, ...]
         for message in protocol.messages
         if message.name in kept
     )
+
+
+def _fields(messages: Iterable[Message]) -> Iterator[Field]:
+    for message in messages:
+        for layout in message.layouts:
+            yield from layout.all_fields
 
 
 def _pruned(exchange: Json, known: Collection[str], kept: Collection[str]) -> Json:
