@@ -47,8 +47,8 @@ def judge_run(
     room = far + round(rate * _SECONDS)
     if 2 * room > actuator.high - actuator.low:
         trial.inconclusive(
-            f"{text}: {told} moves by up to {room} counts until it is stopped, in a direction that is not "
-            "known before; allow a range that is twice as wide"
+            f"{text}: {told} moves by up to {room} counts in an unknown direction until it is stopped; "
+            f"allow a range of at least {2 * room} counts"
         )
         return
     if not goes_to_middle(actuator, room):

@@ -126,7 +126,7 @@ def _pair(trial: Trial, place: Target, channel: int) -> None:
     actuator = Actuator(trial, place, channel)
     target = actuator.target(_BRIEF)
     mode = _pair_mode(place, channel)
-    assert mode is not None  # every channel of a unit with several ones is in a pair
+    assert mode is not None  # every channel of a unit with several channels is in a pair
     actuator.prepare()
     set_mode(trial, place, mode)
     seen = actuator.move(target)
