@@ -214,10 +214,7 @@ def fields_of(layout: Any, unit: str = "") -> list[Any]:
 
 
 def _ranged(field: Any, unit: str) -> Any:
-    ranges = field.get("ranges_by_unit", {})
-    fitting = [ranges.get(unit, ranges["others"])] if unit and ranges else [*ranges.values()]
-    cases = (field.get("scale") or {}).get("cases", {})
-    fitting += [case for case in cases.values() if "minimum" in case]
+    fitting = _ranges(field, unit)
     if not fitting:
         return field
     minimum = max(each["minimum"] for each in fitting)
@@ -226,6 +223,14 @@ def _ranged(field: Any, unit: str) -> Any:
     if "enum" in field:
         found["enum"] = {n: v for n, v in field["enum"].items() if minimum <= v <= maximum}
     return found
+
+
+def _ranges(field: Any, unit: str) -> list[Any]:
+    """Return the ranges of a field that depend on the unit or on a setting."""
+    ranges = field.get("ranges_by_unit", {})
+    by_unit = [ranges.get(unit, ranges["others"])] if unit and ranges else [*ranges.values()]
+    cases = (field.get("scale") or {}).get("cases", {})
+    return by_unit + [case for case in cases.values() if "minimum" in case]
 
 
 def random_field(field: Any, draw: random.Random) -> Any:
@@ -338,21 +343,28 @@ def in_counts(
     call: Call, draw: random.Random, protocol: str = "thorlabs_apt"
 ) -> Iterator[tuple[str, dict[str, Any], tuple[Any, ...]]]:
     """Yield the keywords in counts, with values just outside their range and values that are not integers."""
-    ranges = {
+    layout = layouts(protocol)[message_of(call).__name__]
+    fields = {
         field["name"]: field
-        for field in fields_of(layouts(protocol)[message_of(call).__name__], call.unit)
+        for field in (layout["param1"], layout["param2"], *layout["fields"])
+        if field
     }
     for given in givens(call):
-        field = ranges[given.field]
+        field = fields[given.field]
         if field["kind"] == "integer":
             others = arguments(call, draw, protocol)
             del others[given.keyword]
-            yield given.keyword, others, (*_outside(field), math.nan, math.inf)
+            yield given.keyword, others, (*_outside(field, call.unit), math.nan, math.inf)
 
 
-def _outside(field: Any) -> tuple[float, ...]:
-    """Return values just outside the range of a number, and one that is not an integer."""
-    low, high = field["minimum"], field["maximum"]
+def _outside(field: Any, unit: str) -> tuple[float, ...]:
+    """Return values just outside the range of a number, and one that is not an integer.
+
+    They are outside the range of every setting on which the range depends.
+    """
+    ranges = _ranges(field, unit) or [field]
+    low = min(each["minimum"] for each in ranges)
+    high = max(each["maximum"] for each in ranges)
     if not field.get("real"):
         return low - 1, high + 1, 0.5
     if _is_signed(field):
