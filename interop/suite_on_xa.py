@@ -147,6 +147,7 @@ CASES = (
             **STEP_RATE,
             "answers/*/PZMOT_REQ_KCUBETRIGIOCONFIG": "it answers once for each channel",
             "actuator-move/*": "its position counter stays at 0, also after its own moves",
+            "actuator-counter/*": "its position counter stays at 0, also after a counter is written",
         },
     ),
     Case(
