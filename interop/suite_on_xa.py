@@ -90,6 +90,14 @@ TWICE = dict.fromkeys(
     ("answers/*/MOT_REQ_DCSTATUSUPDATE/1", "status/*", "back-to-back"),
     "it answers with two equal messages; the second may arrive too late to be noticed",
 )
+TRIGGERS = dict.fromkeys(
+    (
+        "answers/*/PZMOT_REQ_KCUBETRIGIOCONFIG",
+        "readback/*/PZMOT_SET_KCUBETRIGIOCONFIG",
+        "back-to-back",
+    ),
+    "it answers a request for the triggers once for each channel; an answer may arrive in another check",
+)
 MOTION = {
     "move-*": "the end message of a move still has a moving bit; continuous jogs end after a step",
     "profile/*": "moves and jogs do not follow the velocity parameters",
@@ -145,10 +153,10 @@ CASES = (
             **BYTES,
             "identification/*": "it answers HW_REQ_INFO once for itself and once for each channel",
             **STEP_RATE,
-            "answers/*/PZMOT_REQ_KCUBETRIGIOCONFIG": "it answers once for each channel",
             "actuator-move/*": "its position counter stays at 0, also after its own moves",
             "actuator-counter/*": "its position counter stays at 0, also after a counter is written",
         },
+        at_times=TRIGGERS,
     ),
     Case(
         "KIM001",
