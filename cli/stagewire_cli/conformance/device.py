@@ -29,7 +29,8 @@ Exit status:
   1    a check failed
   2    invalid arguments, or an invalid PICS
   3    no check failed, but the controller departs from a recommendation
-  4    the run did not finish: the controller does not answer, or the connection was lost
+  4    the run did not finish: the controller does not answer, the connection was lost, or
+       something is not at rest
   130  interrupted
 """
 

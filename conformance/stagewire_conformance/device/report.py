@@ -84,7 +84,7 @@ class Report:
     :param digests: SHA-256 of ``suite``, ``registry`` and ``pics``.
     :param identification: what the controller reported about itself, field by field; empty if it did not.
     :param stops: the stops that were sent when the run was cut short.
-    :param adrift: sentences about the parts that may still be moving at the end of the run.
+    :param adrift: sentences about the parts that may still be moving, shining or heating after the run.
     :param defect: the error in the suite that ended the run, if any.
     """
 

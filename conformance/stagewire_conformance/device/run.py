@@ -45,6 +45,11 @@ _NOT_ALIKE: Final = (
 )
 """Why a check of several motors does not run if their scales differ."""
 
+_WAS_ON: Final = (
+    "the output of {} was on when the run began, so the suite left it on and wrote no setting or output; "
+    "switch it off and run the suite again"
+)
+
 _UNASKED: Final = Cause("motion", UNSOLICITED)
 """The cause of a motion that no message asked for."""
 
@@ -112,7 +117,7 @@ class _Run:
         self._jitter = 0.0
         self._unfinished = ""
         self._stops: tuple[str, ...] = ()
-        self._was_on = ""  # the outputs that were on when the run began, for a sentence
+        self._was_on = ""  # a sentence about the outputs that were on when the run began
         self._held = ""  # why nothing may move in the rest of the run
         self._left_out: dict[str, str] = {}  # why a check was not run, by its id
         self._causes = Causes()
@@ -126,9 +131,11 @@ class _Run:
                 self._identify()
                 self._jitter = jitter_of(line).late
                 line.settle()
-                self._was_on = " and ".join(line.live())
+                if names := " and ".join(line.live()):
+                    self._was_on = _WAS_ON.format(names)
                 self._run_checks(progress)
                 line.leave()
+                self._unfinished = "; ".join(self._adrift())
             except KeyboardInterrupt:
                 number = line.interruption.signal
                 self._unfinished = f"ended by {signal.Signals(number).name}"
@@ -169,16 +176,12 @@ class _Run:
                 progress(check, before, total)
                 before += 1
                 if self._was_on and check.needs:
-                    self._left_out[check.id] = (
-                        f"the output of {self._was_on} was on when the run began"
-                    )
                     continue
                 if self._held and check.needs & {Need.MOTION, *HAZARDS}:
                     self._left_out[check.id] = f"nothing may move: {self._held}"
                     continue
                 self._run_check(check)
                 if self._line.adrift:
-                    self._unfinished = "; ".join(part.text for part in self._line.adrift)
                     return
 
     def _run_check(self, check: Check) -> None:
@@ -315,6 +318,11 @@ class _Run:
         with suppress(StagewireError, KeyboardInterrupt):
             self._line.leave()
 
+    def _adrift(self) -> tuple[str, ...]:
+        """Return a sentence about each part that may move, shine or heat. It ends the run early."""
+        texts = [*(part.text for part in self._line.adrift), self._was_on]
+        return tuple(dict.fromkeys(filter(None, texts)))
+
     def _report(self) -> Report:
         reached = {outcome.check.id for outcome in self._outcomes}
         not_run = [
@@ -339,17 +347,7 @@ class _Run:
             digests=digests_of(self._declared),
             identification=self._identification,
             stops=self._stops,
-            adrift=(
-                *(part.text for part in self._line.adrift),
-                *(
-                    [
-                        f"the output of {self._was_on} was on when the run began, so no setting or output "
-                        "was written; switch it off and run the suite again"
-                    ]
-                    if self._was_on
-                    else []
-                ),
-            ),
+            adrift=self._adrift(),
             defect=self._defect,
         )
 

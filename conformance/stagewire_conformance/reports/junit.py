@@ -62,12 +62,13 @@ def _first(case: Case) -> str:
 
 
 def _end(sheet: Sheet, name: str) -> TestCase:
-    """Return a case that fails if the run did not finish, so that half a run does not look complete."""
+    """Return a case that fails if the run did not finish, or left something that may move, shine or heat."""
     from junitparser import Error, TestCase
 
     made = TestCase("run finished", name, round(sheet.seconds, 3))
-    if sheet.unfinished:
-        texts = [*not_at_rest(sheet), sheet.unfinished]
+    if sheet.unfinished or sheet.adrift:
+        ended = [] if sheet.unfinished == "; ".join(sheet.adrift) else [sheet.unfinished]
+        texts = filter(None, [*not_at_rest(sheet), *ended])
         made.result = [Error(safe("; ".join(texts)), str(sheet.verdict))]
     return made
 

@@ -280,8 +280,8 @@ class Sheet:
         to the selected ones.
     :param missed: permissions that were not used, with the reasons.
     :param interrupted: whether Ctrl-C or SIGTERM ended the run.
-    :param adrift: sentences about the parts that may still be moving after the run. Every report shows
-        them prominently.
+    :param adrift: sentences about the parts that may still be moving, shining or heating after the run.
+        Every report shows them prominently.
     """
 
     kind: str
@@ -362,13 +362,14 @@ class Sheet:
     def verdict(self) -> Verdict:
         """The verdict of the run: a failure outweighs an early end, which outweighs all else.
 
-        A partial run never has the verdict ``PASSED``. Findings about robustness do not count: no sentence of
+        A run after which something may still be moving, shining or heating counts as ended early. A partial
+        run never has the verdict ``PASSED``. Findings about robustness do not count: no sentence of
         the document demands it.
         """
         counts = self.counts()
         if counts[Grade.FAILED]:
             return Verdict.FAILED
-        if self.unfinished:
+        if self.unfinished or self.adrift:
             return Verdict.UNFINISHED
         if counts[Grade.DEVIATES]:
             return Verdict.NON_STRICT

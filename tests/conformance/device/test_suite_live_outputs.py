@@ -9,12 +9,15 @@ from watched_links import ALL, WatchedLink, controller_of, lost, made, run_made
 
 from stagewire_apt import messages as m
 from stagewire_conformance.device.declaration import declare
-from stagewire_conformance.device.permissions import Need
-from stagewire_conformance.device.plans import plan
+from stagewire_conformance.device.permissions import Need, Permissions
+from stagewire_conformance.device.plans import Plan, plan
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import RunInterrupted, run
 from stagewire_conformance.device.trial import Trial
+from stagewire_conformance.reports import Verdict
+from stagewire_conformance.reports.device_sheet import sheet_of
+from stagewire_conformance.reports.text import sentence
 from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
 
@@ -58,12 +61,24 @@ def test_nothing_is_written_to_an_output_that_is_on_when_the_run_begins(unit: st
     assert needing
     assert needing <= {check.id for check, _ in report.not_run}
     assert report.adrift == (
-        "the output of 0x50 was on when the run began, so no setting or output was written; "
-        "switch it off and run the suite again",
+        "the output of 0x50 was on when the run began, so the suite left it on and wrote no setting or "
+        "output; switch it off and run the suite again",
     )
     why = {why for check, why in report.not_run if check.id in needing}
-    assert why == {"the output of 0x50 was on when the run began"}
+    assert why == {f"not reached: {report.unfinished}"}
+    assert report.unfinished == report.adrift[0]
     assert OFF not in link.writes
+
+
+@pytest.mark.parametrize("allowed", [ALL, Permissions()], ids=["all", "requests only"])
+def test_an_output_that_is_on_when_the_run_begins_is_not_a_pass(allowed: Permissions) -> None:
+    controller = shining("KLS1550")
+    bench = Plan.of("KLS1550", allowed, only=["identification", "laser-output"])
+    report = run(SteppedLink(controller), bench.checks, bench.declared, allowed, 1)
+    made = sheet_of(report, bench.checks, 1.0, lambda only: "")
+    assert (made.verdict, made.exit_status) == (Verdict.UNFINISHED, 4)
+    assert not made.complete
+    assert "0x50 was on when the run began, so the suite left it on" in sentence(made)
 
 
 def switches_on(trial: Trial) -> None:
@@ -128,3 +143,25 @@ def test_a_lost_line_reports_that_the_laser_may_be_on() -> None:
     report = run_made(link, made(loses, needs=WITH_LASER), declared=declare("KLD101"))
     assert "the line was lost" in report.unfinished
     assert any("may still be switched on" in text for text in report.adrift)
+
+
+class _IgnoresOff(WatchedLink):
+    """A line to a laser that ignores LA_DISABLEOUTPUT."""
+
+    def write(self, data: bytes) -> None:
+        if data != OFF:
+            super().write(data)
+
+    write_now = write
+
+
+def test_a_laser_that_ignores_switching_off_is_not_reported_as_restored() -> None:
+    found = Plan.of("KLD101", ALL, only=["laser-output"])
+    link = _IgnoresOff(SteppedLink(controller_of("KLD101")))
+    report = run(link, found.checks, found.declared, ALL, 1)
+    (outcome,) = report.outcomes
+    assert "the output of 0x50, off" not in outcome.restored
+    texts = [finding.text for finding in outcome.findings]
+    assert any(text.startswith("not restored: the output of 0x50, off") for text in texts)
+    assert report.unfinished == "the output of 0x50 is still on after it was switched off"
+    assert report.adrift == (report.unfinished,)

@@ -199,9 +199,18 @@ def test_findings_may_have_texts_instead_of_bytes() -> None:
     assert "  expected [1]\n  received {" in as_junit(made).replace("&quot;", '"')
 
 
-def test_junit_repeats_which_parts_are_not_at_rest() -> None:
-    made = replace(sheet(PASSED), adrift=("the output of 0x50 was on", "0x21 still moves"))
-    suites = ElementTree.fromstring(as_junit(made)).iter("testsuite")
+@pytest.mark.parametrize("unfinished", ["", "the output of 0x50 was on; 0x21 still moves", "lost"])
+def test_junit_fails_if_parts_are_not_at_rest(unfinished: str) -> None:
+    parts = ("the output of 0x50 was on", "0x21 still moves")
+    made = replace(sheet(PASSED), adrift=parts, unfinished=unfinished)
+    assert (made.verdict, made.exit_status) == (Verdict.UNFINISHED, 4)
+    suites = list(ElementTree.fromstring(as_junit(made)).iter("testsuite"))
+    (error,) = suites[-1].iter("error")
+    harm = "Make sure that it cannot do harm."
+    ended = "; lost" if unfinished == "lost" else ""
+    assert (
+        error.get("message") == "; ".join(f"NOT AT REST: {text}. {harm}" for text in parts) + ended
+    )
     said = {suite.get("name"): suite.findtext("system-out") for suite in suites}
     assert said.pop("run") == (
         "NOT AT REST: the output of 0x50 was on. Make sure that it cannot do harm.\n"

@@ -150,12 +150,16 @@ def _own(
     about: str,
     units: Sequence[str] = _LASERS,
     result: Result = Result.FAIL,
+    *,
+    ends: str = "",
 ) -> Defect:
-    return Defect(1, name, of(found_by), lambda draw: (firmware(), about), units, result)
+    return Defect(1, name, of(found_by), lambda draw: (firmware(), about), units, result, ends)
 
 
 LASERS = (
-    _own("A laser is on at power-on", _LIGHT, _OnAtPowerOn, _ON, result=Result.NOT_RUN),
+    _own("A laser is on at power-on", _LIGHT, _OnAtPowerOn, _ON, result=Result.NOT_RUN,
+         ends="the output of 0x50 was on when the run began, so the suite left it on and wrote no setting or "
+         "output; switch it off and run the suite again"),
     _taken("A laser cannot be switched off", _LIGHT, _OFF, _dropped,
            ends="the output of 0x50 is still on after it was switched off"),
     _taken("A laser cannot be switched on", _LIGHT, _ON, _dropped),

@@ -145,8 +145,11 @@ def _dark_at_the_end(light: Light) -> None:
         f"the set point 0 at {light.place.name}",
         lambda: point.put_back(light.trial, {"set_point": 0}),
     )
-    light.trial.undo(
-        f"the output of {light.place.name}, off", lambda: light.send("LA_DISABLEOUTPUT")
+    light.undo(
+        f"the output of {light.place.name}, off",
+        "LA_DISABLEOUTPUT",
+        lambda: light.send("LA_DISABLEOUTPUT"),
+        lambda: not light.is_on(),
     )
 
 
@@ -324,7 +327,12 @@ def _mode(trial: Trial, place: Target) -> None:
     light = Light(trial, place)
     light.begin()
     before = "closed_loop" in light.status()[1]
-    trial.undo(f"the mode of {place.name}", lambda: light.send(_MODES[before]))
+    light.undo(
+        f"the mode of {place.name}",
+        _MODES[before],
+        lambda: light.send(_MODES[before]),
+        lambda: ("closed_loop" in light.status()[1]) == before,
+    )
     for closed in (not before, before):
         light.send(_MODES[closed])
         _, bits = light.status()
@@ -357,7 +365,12 @@ def _limit(trial: Trial, place: Target) -> None:
     light.begin()
     limit = light.set_of("LD_MAXCURRENTDIGPOT")
     before: int = limit.read(trial)["max_current"]
-    trial.undo(f"the limit of the current of {place.name}", lambda: _adjust(light, before))
+    light.undo(
+        f"the limit of the current of {place.name}",
+        "LD_SET_MAXCURRENTDIGPOT",
+        lambda: _adjust(light, before),
+        lambda: limit.read(trial)["max_current"] == before,
+    )
     wanted = min(before, _LOWEST)
     _adjust(light, wanted)
     told = limit.read(trial)["max_current"]

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from stagewire.errors import StagewireError
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
@@ -26,6 +27,8 @@ _Look = TypeVar("_Look", bound=Callable[..., None])
 STATUS: Final = ("LA_{}_STATUSUPDATE", "LD_{}_STATUSUPDATE", "TEC_{}_STATUSUPDATE")
 """The status messages of laser sources, diode drivers and temperature controllers."""
 
+_TRIES: Final = 3
+_SHORT: Final = 0.1  # seconds until a change is undone
 _OFF: Final = 0.01  # share of full scale below which a reading counts as zero
 FULL: Final = 32767
 """Counts of a whole share."""
@@ -86,6 +89,24 @@ class Light:
                 f"{self.place.name}: {said}, so nothing was written; switch it off and repeat"
             )
             raise EnoughError
+
+    def undo(
+        self, what: str, name: str, action: Callable[[], None], is_so: Callable[[], bool]
+    ) -> None:
+        """Undo a change at the end of the check, and read back that it is undone; see :meth:`.Trial.undo`.
+
+        :param name: the message with which the action undoes the change.
+        """
+
+        def put_back() -> None:
+            for _ in range(_TRIES):  # a lost message must not leave a laser on
+                action()
+                self.wait(_SHORT)
+                if is_so():
+                    return
+            raise StagewireError(f"{name} was sent {_TRIES} times without effect")
+
+        self.trial.undo(what, put_back, because=lambda: (Cause(name, EFFECT),))
 
     def set_of(self, name: str) -> PlacedSet:
         """Return a parameter set."""
