@@ -226,9 +226,10 @@ class Connection(Generic[T]):
             if stopped:
                 why = "the unit cannot stop"
             _log.warning(
-                "%s: %s and no stop was sent; may still be moving: %s",
+                "%s: %s and no stop was sent; may still be %s: %s",
                 self.url,
                 why,
+                "on" if self.unit.safe_state else "moving",
                 ", ".join(self.left_moving),
             )
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from inertial_controller import InertialController, channel_of, controller, moves
+from recording_link import RecordingLink
 
 import stagewire_virtual as virtual
 from stagewire._devices.readiness import switch_of
@@ -17,7 +18,7 @@ from stagewire.errors import (
     OutOfRangeError,
     UnsupportedError,
 )
-from stagewire_apt import aio, devices
+from stagewire_apt import PROTOCOL, aio, devices
 from stagewire_apt.devices.facts import UNITS
 from stagewire_virtual.clock import Clock
 from stagewire_virtual.linking import AsyncVirtualLink, SteppedLink
@@ -49,6 +50,20 @@ def test_a_kim101_moves_no_channel_that_is_not_enabled(number: int) -> None:
                 call()
             assert caught.value.causes == ("the channel is not enabled",)
         assert instrument.moved == []
+
+
+@pytest.mark.parametrize("call", ["home", "jog", "move_start", "start_move_start"])
+def test_a_pdxc2_moves_only_while_it_is_enabled(call: str) -> None:
+    with virtual.PDXC2() as controller:
+        link = RecordingLink(controller)
+        with devices.PDXC2.open(link) as device:
+            given = ("FORWARD",) if call == "jog" else ()
+            link.forget()
+            with pytest.raises(NotReadyError, match=r"the channel is disabled .*call enable\(\)"):
+                getattr(device, call)(*given)
+            assert link.names(PROTOCOL) == ["MOD_REQ_CHANENABLESTATE"]
+            device.enable()
+            getattr(device, call)(*given)
 
 
 def test_enabling_a_channel_of_a_kim101_disables_the_others() -> None:

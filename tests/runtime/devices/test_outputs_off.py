@@ -22,11 +22,12 @@ from proof_server import Server
 
 from stagewire.errors import (
     BadValueError,
+    MotionUnderWayError,
     NotReadyError,
     ReplyTimeoutError,
     WrongUnitError,
 )
-from stagewire_apt import aio
+from stagewire_apt import aio, devices
 from stagewire_apt.devices.facts import UNITS
 from stagewire_virtual import stepped
 
@@ -237,3 +238,49 @@ def test_a_laser_that_does_not_report_its_interlock_is_not_switched_on() -> None
 
     SIDES[0].run(far, scenario)
     assert 0x0811 not in far.ids
+
+
+@pytest.mark.parametrize("unit", LASERS)
+def test_a_laser_can_be_switched_on_again_after_reconnecting(unit: str) -> None:
+    far = OutputController(unit)
+    with Server(far) as server, getattr(devices, unit).open(server.url) as laser:
+        laser.enable_output()
+        laser.close()
+        laser.reconnect()
+        assert not far.on
+        laser.enable_output()
+        laser.get_status_bits()  # the controller has received what was sent before
+        assert far.on
+    assert not far.on
+
+
+@pytest.mark.parametrize("unit", LASERS)
+def test_a_laser_can_be_switched_on_again_after_reconnecting_in_asyncio(unit: str) -> None:
+    far = OutputController(unit)
+
+    async def main(url: str) -> None:
+        async with getattr(aio, unit).open(url) as laser:
+            await laser.enable_output()
+            await laser.close()
+            await laser.reconnect()
+            assert not far.on
+            await laser.enable_output()
+            await laser.get_status_bits()
+            assert far.on
+
+    with Server(far) as server:
+        asyncio.run(main(server.url))
+    assert not far.on
+
+
+def test_a_laser_that_is_left_on_is_named_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    far = OutputController("KLD101", on=False)
+    with Server(far) as server:
+        with devices.KLD101.open(server.url, on_close="leave") as laser:
+            laser.enable_output()
+        assert "may still be on: KLD101: enable_output" in caplog.text
+        laser.reconnect()
+        with pytest.raises(MotionUnderWayError, match=r"may still be; stop it$"):
+            laser.enable_output()
+        laser.close()
+    assert far.on

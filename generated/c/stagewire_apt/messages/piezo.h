@@ -5072,7 +5072,7 @@ static inline apt_status apt_pz_set_pidcriteria_decode(
  *
  * Erratum apt-lut-limits-by-unit (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits that depend
  * on the unit): printed at most 8000 samples per channel; 0 to 7999 for BPC and MPZ, 0 to 512 for
- * TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
+ * TPZ; encoded 0 to 7999, and 0 to 512 on a TPZ001.
  *
  * Erratum apt-lut-meaning (Meaning of waveform samples): printed decided by the loop mode at
  * output; encoded decided by PZ_SET_LUTVALUETYPE before the download.
@@ -5083,7 +5083,7 @@ static inline apt_status apt_pz_set_pidcriteria_decode(
 typedef struct apt_pz_set_outputlut {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999. */
+    /** Index in the table, counted from 0; from 0 to 7999. */
     uint16_t index;
     /**
      * Share of the maximum output voltage; 32767 is 100 %. The scale of positions is not
@@ -5283,7 +5283,7 @@ static inline apt_status apt_pz_req_outputlut_decode(
 typedef struct apt_pz_get_outputlut {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999. */
+    /** Index in the table, counted from 0; from 0 to 7999. */
     uint16_t index;
     /**
      * Share of the maximum output voltage; 32767 is 100 %. The scale of positions is not
@@ -5396,7 +5396,7 @@ static inline apt_status apt_pz_get_outputlut_decode(
  *
  * Erratum apt-lut-limits-by-unit (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits that depend
  * on the unit): printed at most 8000 samples per channel; 0 to 7999 for BPC and MPZ, 0 to 512 for
- * TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
+ * TPZ; encoded 0 to 7999, and 0 to 512 on a TPZ001.
  *
  * Erratum apt-lut-long-range (PZ_SET_OUTPUTLUTPARAMS, counts of format long): printed up to
  * 2147483648; encoded up to 2147483647.
@@ -5425,9 +5425,7 @@ typedef struct apt_pz_set_outputlutparams {
     uint16_t chan_ident;
     /** The bits may be combined; bits APT_LUT_OUTPUT_MODE_...; from 0 to 65535. */
     uint16_t mode;
-    /**
-     * Samples in a cycle, no more than have been loaded; 0 to 512 on the TPZ001; from 0 to 7999.
-     */
+    /** Samples in a cycle, no more than have been loaded; from 0 to 7999. */
     uint16_t cycle_length;
     /**
      * Cycles to output in fixed mode; ignored in continuous mode. The maximum is printed one
@@ -5461,8 +5459,8 @@ typedef struct apt_pz_set_outputlutparams {
      */
     int32_t op_trig_width;
     /**
-     * Samples between repeated output triggers; 0 to 512 on the TPZ001. Above cycle_length, no
-     * trigger repeats within a cycle. Only with outputlut_outputtrig_repeat. From 0 to 7999.
+     * Samples between repeated output triggers. Above cycle_length, no trigger repeats within a
+     * cycle. Only with outputlut_outputtrig_repeat. From 0 to 7999.
      */
     uint16_t trig_repeat_cycle;
 } apt_pz_set_outputlutparams;
@@ -5685,9 +5683,7 @@ typedef struct apt_pz_get_outputlutparams {
     uint16_t chan_ident;
     /** The bits may be combined; bits APT_LUT_OUTPUT_MODE_...; from 0 to 65535. */
     uint16_t mode;
-    /**
-     * Samples in a cycle, no more than have been loaded; 0 to 512 on the TPZ001; from 0 to 7999.
-     */
+    /** Samples in a cycle, no more than have been loaded; from 0 to 7999. */
     uint16_t cycle_length;
     /**
      * Cycles to output in fixed mode; ignored in continuous mode. The maximum is printed one
@@ -5721,8 +5717,8 @@ typedef struct apt_pz_get_outputlutparams {
      */
     int32_t op_trig_width;
     /**
-     * Samples between repeated output triggers; 0 to 512 on the TPZ001. Above cycle_length, no
-     * trigger repeats within a cycle. Only with outputlut_outputtrig_repeat. From 0 to 7999.
+     * Samples between repeated output triggers. Above cycle_length, no trigger repeats within a
+     * cycle. Only with outputlut_outputtrig_repeat. From 0 to 7999.
      */
     uint16_t trig_repeat_cycle;
 } apt_pz_get_outputlutparams;

@@ -9000,7 +9000,11 @@ UNITS: dict[str, Unit] = {
             m.PzmotGetStatusUpdateShort: ("status_bits", _PDXC2_STATUS_BITS_HINDRANCES),
         },
         diagnosis=(t.PZMOT_STATUS_UPDATE, t.CHAN_ENABLE_STATE),
-        needs={m.MotMoveHome: (Need(t.CHAN_ENABLE_STATE, ()),)},
+        needs={
+            m.MotMoveHome: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.PzmotMoveJog: (Need(t.CHAN_ENABLE_STATE, ()),),
+            m.PzmotMoveStart: (Need(t.CHAN_ENABLE_STATE, ()),),
+        },
         farewell={m.HwStopUpdateMsgs: (m.HwStartUpdateMsgs,), m.HwDisconnect: ()},
         quantities=(
             "acceleration",

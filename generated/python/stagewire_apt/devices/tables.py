@@ -1972,7 +1972,7 @@ OUTPUT_LUT = ParameterSet(
     req=m.PzReqOutputLut,
     get=m.PzGetOutputLut,
     given=(
-        Given("index", "index", minimum=0, maximum=7999),
+        Given("index", "index", minimum=0, maximum=7999, ranges={"TPZ001": (0, 512)}),
         Given(
             "output",
             "output",
@@ -1993,7 +1993,7 @@ OUTPUT_LUT_PARAMS = ParameterSet(
     get=m.PzGetOutputLutParams,
     given=(
         Given("mode", "mode", choices=f.LutOutputMode, minimum=0, maximum=65535),
-        Given("cycle_length", "cycle_length", minimum=0, maximum=7999),
+        Given("cycle_length", "cycle_length", minimum=0, maximum=7999, ranges={"TPZ001": (0, 512)}),
         Given("num_cycles", "num_cycles", minimum=1, maximum=2147483647),
         Given(
             "delay_time",
@@ -2028,7 +2028,13 @@ OUTPUT_LUT_PARAMS = ParameterSet(
             minimum=-2147483648,
             maximum=2147483647,
         ),
-        Given("trig_repeat_cycle", "trig_repeat_cycle", minimum=0, maximum=7999),
+        Given(
+            "trig_repeat_cycle",
+            "trig_repeat_cycle",
+            minimum=0,
+            maximum=7999,
+            ranges={"TPZ001": (0, 512)},
+        ),
     ),
     effect="motion",
 )

@@ -4481,7 +4481,7 @@ class PzSetOutputLut(FramedMessage):
     Also described in Issue 37, page 215.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
+    :param index: index in the table, counted from 0; from 0 to 7999.
     :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions is
         not documented. In counts; unit and scale depend on lut_value_type; from -32768 to 32767.
 
@@ -4489,7 +4489,7 @@ class PzSetOutputLut(FramedMessage):
         7 kHz for MPZ, 1 kHz for BPC, 4 kHz for TPZ.
     Erratum ``apt-lut-limits-by-unit`` (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits that
         depend on the unit): printed at most 8000 samples per channel; 0 to 7999 for BPC and MPZ, 0
-        to 512 for TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
+        to 512 for TPZ; encoded 0 to 7999, and 0 to 512 on a TPZ001.
     Erratum ``apt-lut-meaning`` (Meaning of waveform samples): printed decided by the loop mode at
         output; encoded decided by PZ_SET_LUTVALUETYPE before the download.
     Erratum ``apt37-piezo-lut-limits-by-unit`` (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits
@@ -4641,7 +4641,7 @@ class PzGetOutputLut(FramedMessage):
     Also described in Issue 37, page 215.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
+    :param index: index in the table, counted from 0; from 0 to 7999.
     :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions is
         not documented. In counts; unit and scale depend on lut_value_type; from -32768 to 32767.
     """
@@ -4726,8 +4726,7 @@ class PzSetOutputLutParams(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param mode: the bits may be combined; :class:`~.LutOutputMode`; from 0 to 65535.
-    :param cycle_length: Samples in a cycle, no more than have been loaded; 0 to 512 on the TPZ001;
-        from 0 to 7999.
+    :param cycle_length: Samples in a cycle, no more than have been loaded; from 0 to 7999.
     :param num_cycles: Cycles to output in fixed mode; ignored in continuous mode. The maximum is
         printed one higher. From 1 to 2147483647.
     :param delay_time: Additional delay after each sample, which stretches the waveform. The range
@@ -4744,9 +4743,8 @@ class PzSetOutputLutParams(FramedMessage):
         to 8000.
     :param op_trig_width: width of the output trigger; in counts; scale to ms depends on the unit;
         from -2147483648 to 2147483647.
-    :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
-        Above cycle_length, no trigger repeats within a cycle. Only with
-        outputlut_outputtrig_repeat. From 0 to 7999.
+    :param trig_repeat_cycle: Samples between repeated output triggers. Above cycle_length, no
+        trigger repeats within a cycle. Only with outputlut_outputtrig_repeat. From 0 to 7999.
 
     Erratum ``apt-lut-bandwidth`` (Rate of the waveform output): printed 7KHz for all units; encoded
         7 kHz for MPZ, 1 kHz for BPC, 4 kHz for TPZ.
@@ -4754,7 +4752,7 @@ class PzSetOutputLutParams(FramedMessage):
         edge (5V to 6V); encoded falling edge (5V to 0V).
     Erratum ``apt-lut-limits-by-unit`` (PZ_SET_OUTPUTLUT and PZ_SET_OUTPUTLUTPARAMS, limits that
         depend on the unit): printed at most 8000 samples per channel; 0 to 7999 for BPC and MPZ, 0
-        to 512 for TPZ; encoded 0 to 7999; the notes name the limit of the TPZ.
+        to 512 for TPZ; encoded 0 to 7999, and 0 to 512 on a TPZ001.
     Erratum ``apt-lut-long-range`` (PZ_SET_OUTPUTLUTPARAMS, counts of format long): printed up to
         2147483648; encoded up to 2147483647.
     Erratum ``apt-lut-ranges`` (PZ_SET_OUTPUTLUTPARAMS, cycle length and trigger start): printed
@@ -5025,8 +5023,7 @@ class PzGetOutputLutParams(FramedMessage):
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param mode: the bits may be combined; :class:`~.LutOutputMode`; from 0 to 65535.
-    :param cycle_length: Samples in a cycle, no more than have been loaded; 0 to 512 on the TPZ001;
-        from 0 to 7999.
+    :param cycle_length: Samples in a cycle, no more than have been loaded; from 0 to 7999.
     :param num_cycles: Cycles to output in fixed mode; ignored in continuous mode. The maximum is
         printed one higher. From 1 to 2147483647.
     :param delay_time: Additional delay after each sample, which stretches the waveform. The range
@@ -5043,9 +5040,8 @@ class PzGetOutputLutParams(FramedMessage):
         to 8000.
     :param op_trig_width: width of the output trigger; in counts; scale to ms depends on the unit;
         from -2147483648 to 2147483647.
-    :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
-        Above cycle_length, no trigger repeats within a cycle. Only with
-        outputlut_outputtrig_repeat. From 0 to 7999.
+    :param trig_repeat_cycle: Samples between repeated output triggers. Above cycle_length, no
+        trigger repeats within a cycle. Only with outputlut_outputtrig_repeat. From 0 to 7999.
 
     Erratum ``apt-get-outputlutparams-table-id`` (PZ_GET_OUTPUTLUTPARAMS, byte table): printed 03
         07; encoded 05 07.

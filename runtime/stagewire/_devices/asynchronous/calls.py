@@ -331,13 +331,15 @@ async def refuse_left(endpoint: Endpoint, what: str, seconds: float) -> None:
     running = motions.at(endpoint.place)
     if running is None or not running.left:
         return
+    advice = "stop it"
     if unit.idle is not None or (unit.status_query is not None and unit.moving):
         await is_moving(endpoint, min(seconds, endpoint.seconds(None)))
         if motions.at(endpoint.place) is not running:
             return
+        advice += ", or wait until is_moving() returns False"
     raise MotionUnderWayError(
         f"{what} was not sent: {running.what} was under way when its line was lost or closed, and may still "
-        "be; stop it, or wait until is_moving() returns False"
+        f"be; {advice}"
     )
 
 

@@ -149,6 +149,8 @@ async def switch_off(connection: Connection[Transport], own: Endpoint) -> None:
                 ) from None
     for address, message in outputs.messages(orders, connection.places):
         await transport.halt(message, None, address, seconds)
+    for place in connection.places:
+        connection.motions.stopped(place)
 
 
 async def leave(connection: Connection[Transport]) -> None:

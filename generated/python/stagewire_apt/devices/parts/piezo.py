@@ -1634,7 +1634,7 @@ class WithOutputLut(Part):
         ``PZ_SET_OUTPUTLUT``, Issue 3, page 106. Errata ``apt-lut-bandwidth``,
         ``apt-lut-limits-by-unit``, ``apt-lut-meaning``, ``apt37-piezo-lut-limits-by-unit``.
 
-        :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
+        :param index: index in the table, counted from 0; from 0 to 7999.
         :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions
             is not documented. In counts; unit and scale depend on lut_value_type; from -32768 to
             32767.
@@ -1676,7 +1676,7 @@ class WithOutputLut(Part):
         Errata ``apt-lut-bandwidth``, ``apt-lut-limits-by-unit``, ``apt-lut-meaning``,
         ``apt37-piezo-lut-limits-by-unit``.
 
-        :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
+        :param index: index in the table, counted from 0; from 0 to 7999.
         :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions
             is not documented. In counts; unit and scale depend on lut_value_type; from -32768 to
             32767.
@@ -1726,7 +1726,7 @@ class CanSetOutputLut(Part):
         ``PZ_SET_OUTPUTLUT``, Issue 3, page 106. Errata ``apt-lut-bandwidth``,
         ``apt-lut-limits-by-unit``, ``apt-lut-meaning``, ``apt37-piezo-lut-limits-by-unit``.
 
-        :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
+        :param index: index in the table, counted from 0; from 0 to 7999.
         :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions
             is not documented. In counts; unit and scale depend on lut_value_type; from -32768 to
             32767.
@@ -1804,8 +1804,7 @@ class WithOutputLutParams(Part):
             outputlut_outputtrig_sense_hi (0x10), outputlut_inputtrig_sense_hi (0x20),
             outputlut_lutgated (0x40), outputlut_outputtrig_repeat (0x80), or several joined by
             ``|``.
-        :param cycle_length: Samples in a cycle, no more than have been loaded; 0 to 512 on the
-            TPZ001; from 0 to 7999.
+        :param cycle_length: Samples in a cycle, no more than have been loaded; from 0 to 7999.
         :param num_cycles: Cycles to output in fixed mode; ignored in continuous mode. The maximum
             is printed one higher. From 1 to 2147483647.
         :param delay_time: Additional delay after each sample, which stretches the waveform. The
@@ -1828,9 +1827,8 @@ class WithOutputLutParams(Part):
         :param op_trig_width: width of the output trigger; in counts; scale to ms depends on the
             unit; from -2147483648 to 2147483647.
         :param op_trig_width_ms: ``op_trig_width`` in ms; the scale depends on the controller model.
-        :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
-            Above cycle_length, no trigger repeats within a cycle. Only with
-            outputlut_outputtrig_repeat. From 0 to 7999.
+        :param trig_repeat_cycle: Samples between repeated output triggers. Above cycle_length, no
+            trigger repeats within a cycle. Only with outputlut_outputtrig_repeat. From 0 to 7999.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1897,8 +1895,7 @@ class WithOutputLutParams(Part):
             outputlut_outputtrig_sense_hi (0x10), outputlut_inputtrig_sense_hi (0x20),
             outputlut_lutgated (0x40), outputlut_outputtrig_repeat (0x80), or several joined by
             ``|``.
-        :param cycle_length: Samples in a cycle, no more than have been loaded; 0 to 512 on the
-            TPZ001; from 0 to 7999.
+        :param cycle_length: Samples in a cycle, no more than have been loaded; from 0 to 7999.
         :param num_cycles: Cycles to output in fixed mode; ignored in continuous mode. The maximum
             is printed one higher. From 1 to 2147483647.
         :param delay_time: Additional delay after each sample, which stretches the waveform. The
@@ -1921,9 +1918,8 @@ class WithOutputLutParams(Part):
         :param op_trig_width: width of the output trigger; in counts; scale to ms depends on the
             unit; from -2147483648 to 2147483647.
         :param op_trig_width_ms: ``op_trig_width`` in ms; the scale depends on the controller model.
-        :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
-            Above cycle_length, no trigger repeats within a cycle. Only with
-            outputlut_outputtrig_repeat. From 0 to 7999.
+        :param trig_repeat_cycle: Samples between repeated output triggers. Above cycle_length, no
+            trigger repeats within a cycle. Only with outputlut_outputtrig_repeat. From 0 to 7999.
         :param timeout: in seconds; default: the timeout of the device.
         :raises MissingFieldError: if the value of a field is unknown; nothing is written.
         :raises OutOfRangeError: if a given value or a current one is out of range; nothing is

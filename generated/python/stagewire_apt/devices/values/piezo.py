@@ -350,7 +350,7 @@ class OutputLut(Values[m.PzGetOutputLut]):
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     index = Raw("index")
-    """Index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999."""
+    """Index in the table, counted from 0; from 0 to 7999."""
     output = Raw("output")
     """Share of the maximum output voltage; 32767 is 100 %. The scale of positions is not documented.
     In counts; unit and scale depend on lut_value_type; from -32768 to 32767."""
@@ -372,7 +372,7 @@ class OutputLutParams(Values[m.PzGetOutputLutParams]):
     mode = Bits("mode", f.LutOutputMode)
     """The bits may be combined; :class:`~.LutOutputMode`; from 0 to 65535."""
     cycle_length = Raw("cycle_length")
-    """Samples in a cycle, no more than have been loaded; 0 to 512 on the TPZ001; from 0 to 7999."""
+    """Samples in a cycle, no more than have been loaded; from 0 to 7999."""
     num_cycles = Raw("num_cycles")
     """Cycles to output in fixed mode; ignored in continuous mode. The maximum is printed one higher.
     From 1 to 2147483647."""
@@ -400,8 +400,8 @@ class OutputLutParams(Values[m.PzGetOutputLutParams]):
     op_trig_width_ms = InUnits("op_trig_width", "trigger_width", "ms")
     """``op_trig_width`` in ms; the scale depends on the controller model."""
     trig_repeat_cycle = Raw("trig_repeat_cycle")
-    """Samples between repeated output triggers; 0 to 512 on the TPZ001. Above cycle_length, no trigger
-    repeats within a cycle. Only with outputlut_outputtrig_repeat. From 0 to 7999."""
+    """Samples between repeated output triggers. Above cycle_length, no trigger repeats within a cycle.
+    Only with outputlut_outputtrig_repeat. From 0 to 7999."""
 
 
 class TpzDispSettings(Values[m.PzGetTpzDispSettings]):

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from stagewire_generator.model import STATES, Json, Message, Protocol
 from stagewire_generator.targets.python.brackets import Nested, Source, mapping
+from stagewire_generator.targets.python.devices.classes_view import facts_of
 from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.plan import Call
 from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
@@ -16,9 +17,10 @@ def need_entries(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Ite
     """Yield the state that each motion of a unit needs, and the parameters that it must receive first."""
     readers = {call.members["req"].name: call for call in tables.calls if "req" in call.members}
     motions: list[Source] = []
+    otherwise = _enables_otherwise(protocol, unit)
     for message in protocol.messages:
         if message.name in unit.messages and "requires" in message.exchange:
-            needs = tuple(_needs(message, unit, readers))
+            needs = tuple(_needs(message, unit, readers, otherwise=otherwise))
             motions += [
                 Nested(f"{class_of(message, layout)}: (", needs, ")")
                 for layout in message.layouts
@@ -36,9 +38,19 @@ def need_entries(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Ite
         yield f"reports_ends_after=t.{call.constant}"
 
 
-def _needs(message: Message, unit: UnitPlan, readers: dict[str, Call]) -> Iterator[Source]:
+def _enables_otherwise(protocol: Protocol, unit: UnitPlan) -> bool:
+    """Return whether motions of a unit depend on more than the enabled state of their own channel."""
+    enabling = facts_of(protocol, unit).get("enabling", {})
+    return "channels" in enabling or "before_motions" in enabling
+
+
+def _needs(
+    message: Message, unit: UnitPlan, readers: dict[str, Call], *, otherwise: bool
+) -> Iterator[Source]:
     for read, need in message.exchange["requires"].items():
         if read not in unit.messages:
+            continue
+        if otherwise and "unhindered" in need and "set" in readers[read].members:
             continue
         ignored = need.get("ignored", {"with": "", "fields": ()})
         left_out = ignored["fields"] if ignored["with"] in unit.messages else ()
