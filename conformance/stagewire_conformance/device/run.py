@@ -16,7 +16,7 @@ from random import Random
 from types import MappingProxyType
 from typing import Final
 
-from stagewire.errors import StagewireError, TransportLostError
+from stagewire.errors import StagewireError, TransportLostError, WrongUnitError
 from stagewire.links import Link
 from stagewire.protocols import CommandProtocol
 from stagewire_conformance.device.causes import UNSOLICITED, Cause, Causes
@@ -143,7 +143,7 @@ class _Run:
                 raise RunInterrupted(self._report(), number) from None
             except NothingAnswersError:
                 raise
-            except RangeError as error:  # before the first check
+            except (RangeError, WrongUnitError) as error:  # before the first check
                 self._unfinished = str(error)
             except TransportLostError as error:
                 self._unfinished = f"the line was lost: {error}"

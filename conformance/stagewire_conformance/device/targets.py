@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import Any, Final, NamedTuple
 
 from stagewire.devices import Facts, Scales, Unit, candidates, clean_model
-from stagewire.errors import UnknownScaleError
+from stagewire.errors import UnknownScaleError, WrongUnitError
 from stagewire.protocols import CommandProtocol, FramedMessage
 from stagewire.quantities import Scale, Stage
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
@@ -29,7 +29,9 @@ def names_of(unit: Unit, facts: Facts, reported: Mapping[str, int | str]) -> tup
     :param reported: the fields of its identity.
 
     Empty without a reported serial number, or if the registry has no prefixes: the declaration applies.
-    A controller that does not match its declaration gets a name without any known scale.
+    An unknown controller gets a name without any known scale.
+
+    Raises :class:`~stagewire.errors.WrongUnitError` for a controller that is known to be another unit.
     """
     known, number = facts.candidates(), reported.get("serial_number")
     if not isinstance(number, int) or not any(one.prefixes for one in known):
@@ -37,6 +39,12 @@ def names_of(unit: Unit, facts: Facts, reported: Mapping[str, int | str]) -> tup
     model = clean_model(str(reported.get("model_number", "")))
     found = candidates(known, number, model)
     fitting = tuple(one.name for one in found if one.unit == unit.name)
+    others = sorted({one.unit for one in found if one.unit is not None})
+    if others and not fitting:
+        raise WrongUnitError(
+            f"{' or '.join(one.name for one in found)} answered (serial number {number}, model {model!r}) "
+            f"instead of the declared {unit.name}; declare {' or '.join(others)}"
+        )
     return fitting or (f"a controller with the serial number {number} and the model {model!r}",)
 
 

@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import pytest
 from apt_runs import MOVES, Bench, bench, readable, run_on
-from faulty_apt_link import Change, FaultyAptLink, LinkFault, of, of_source
+from faulty_apt_link import Change, FaultyAptLink, LinkFault, name_of, of, of_source
 from test_suite_apt_range import MOVING, id_of
-from watched_links import WatchedLink
+from watched_links import ALL, WatchedLink
 
 import stagewire_virtual
 from stagewire._devices.unit import Alias
 from stagewire.devices import Facts
+from stagewire_apt import messages as m
 from stagewire_apt import stages
 from stagewire_conformance.device.checks.apt.motion.pace import is_printed, velocity_scale
 from stagewire_conformance.device.declaration import declare
@@ -25,6 +26,7 @@ from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
 from stagewire_conformance.device.targets import RACK
 from stagewire_conformance.reports.device_sheet import facts
+from stagewire_virtual.linking import SteppedLink
 
 MM_OF_TST001 = 25_600
 MM_OF_KST101 = 409_600
@@ -134,7 +136,7 @@ def test_a_declared_travel_uses_the_scale_of_the_alias() -> None:
     [
         ("KST901", 26_000_001, "APT_STEPPER on KST901"),
         ("", 26_000_001, "APT_STEPPER on KST101 or KST901"),
-        ("TDC001", 83_000_001, "APT_STEPPER on a controller with the serial number 83000001 and"),
+        ("TDC001", 99_000_001, "APT_STEPPER on a controller with the serial number 99000001 and"),
         ("TST001", 26_000_001, "APT_STEPPER on KST101 or KST901 or TST001"),
     ],
 )
@@ -153,18 +155,37 @@ def test_without_a_scale_nothing_moves_and_the_reason_is_given(
 
 
 @pytest.mark.parametrize("unit", ["TST001", "KST101"])
-def test_a_stepper_with_the_number_of_another_unit_has_no_scale(unit: str) -> None:
+def test_nothing_is_sent_to_a_stepper_that_is_another_unit(unit: str) -> None:
     """A KST101 that is declared as a TST001, and a TST001 as a KST101: their microsteps differ by 16."""
     models = {"TST001": ("KST101", 26_000_001), "KST101": ("TST001", 80_000_001)}
     model, serial_number = models[unit]
     on = on_bench(model, serial_number)
     on.declared = declare(Pics(unit=unit, channels=(ChannelPics(stage="APT_STEPPER"),)))
     link = WatchedLink(on.link)
-    report = run_on(on, MOVES, link=link)
-    assert {outcome.result for outcome in report.outcomes} <= {Result.SKIP}
-    assert moving(link.writes) == []
-    who = f"a controller with the serial number {serial_number} and the model {model!r}"
-    assert any(who in why for why in not_run(report).values())
+    report = run(link, plan(on.declared, on.allowed()), on.declared, on.allowed(), seed=1)
+    assert report.outcomes == ()
+    assert report.unfinished == other_unit(model, serial_number, unit)
+    asked = [raw for raw in link.writes if "_ACK_" not in name_of(raw)]  # without keep-alives
+    assert asked == [m.HwReqInfo().pack(0x50, 1)]
+
+
+@pytest.mark.parametrize("unit", ["KLS635", "KPZ101", "TDC001"])
+def test_nothing_is_sent_to_another_unit_than_the_declared_one(unit: str) -> None:
+    number = declare(unit).unit.prefixes[0] * 1_000_000 + 1
+    controller = getattr(stagewire_virtual, unit)(serial_number=number)
+    link = WatchedLink(SteppedLink(controller))
+    report = run(link, plan(declare("KDC101"), ALL), declare("KDC101"), ALL, seed=1)
+    assert report.outcomes == ()
+    assert report.unfinished == other_unit(unit, number, "KDC101")
+    asked = [raw for raw in link.writes if "_ACK_" not in name_of(raw)]  # without keep-alives
+    assert asked == [m.HwReqInfo().pack(0x50, 1)]
+
+
+def other_unit(model: str, number: int, declared: str) -> str:
+    return (
+        f"0x50: {model} answered (serial number {number}, model {model!r}) instead of the declared "
+        f"{declared}; declare {model}"
+    )
 
 
 def test_a_range_in_counts_needs_no_scale() -> None:
@@ -196,8 +217,9 @@ def test_a_declared_travel_without_a_scale_ends_the_run_before_the_first_check()
     assert report.defect is None
 
 
-def test_each_module_of_a_rack_is_identified() -> None:
-    """The MST602 shares the prefix of the MST601, and has 16 times its microsteps."""
+@pytest.mark.parametrize("model", ["MST602", "MST699"])
+def test_each_module_of_a_rack_is_identified(model: str) -> None:
+    """The MST602 shares the prefix of the MST601, and has 16 times its microsteps; an MST699 is unknown."""
     rack = stagewire_virtual.rack("MST601", "MST601")
     bays = tuple(BayPics(number=number, unit="MST601") for number in (1, 2))
     fitted = tuple(
@@ -206,12 +228,17 @@ def test_each_module_of_a_rack_is_identified() -> None:
         for number in (1, 2)
     )
     on = Bench(rack, declare(Pics(unit=RACK, bays=bays, channels=fitted)), "0..5mm")
-    link = WatchedLink(FaultyAptLink(on.link, LinkFault(to_host=of_model(b"MST602", 0x22))))
-    report = run_on(
-        on, ("move-absolute",), link=link, allowed=Permissions(motion=on.allowed().motion)
-    )
+    link = WatchedLink(FaultyAptLink(on.link, LinkFault(to_host=of_model(model.encode(), 0x22))))
+    allowed = Permissions(motion=on.allowed().motion)
+    checks = [each for each in plan(on.declared, allowed) if each.id.startswith("move-absolute")]
+    report = run(link, checks, on.declared, allowed, seed=1)
     assert report.outcomes == ()
     assert moving(link.writes) == []
+    if model == "MST602":
+        assert report.unfinished.startswith("0x22: MST602 answered (serial number ")
+        assert report.unfinished.endswith(" instead of the declared MST601; declare MST602")
+        return
+    assert not report.unfinished
     assert set(not_run(report).values()) == {
         "its motors are declared alike but report different controllers; give counts_per_mm of each in a "
         "PICS",

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from stagewire.errors import WrongUnitError
 from stagewire.framing import End
 from stagewire.links import Link
 from stagewire.protocols import FramedMessage, FramedProtocol
@@ -357,7 +358,10 @@ class AptLine(GuardedLink):
         for place in self.declared.places:
             if not place.is_motherboard:
                 said = identity_at(self, place) if place.unit.kind == "bay" else reported
-                names[place.address] = names_of(place.unit, facts, said)
+                try:
+                    names[place.address] = names_of(place.unit, facts, said)
+                except WrongUnitError as error:
+                    raise WrongUnitError(f"{place.name}: {error}") from None
         self.declared = self.declared.named(names)
         self._guard = AptGuard(self.declared, self.allowed)
         return self.declared

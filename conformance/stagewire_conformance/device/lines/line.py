@@ -213,7 +213,8 @@ class GuardedLink(ABC):
 
         :param reported: the identity from :meth:`contact`.
 
-        Raises :class:`.RangeError` for a declared travel that cannot be converted to counts.
+        Raises :class:`.RangeError` for a declared travel that cannot be converted to counts, and
+        :class:`~stagewire.errors.WrongUnitError` if another unit answered.
         """
         return self.declared
 
