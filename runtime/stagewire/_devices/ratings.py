@@ -5,6 +5,9 @@ voltage, no drive voltage, and no range or limit of the controller above it. The
 scale: output voltages are shares of the maximum output voltage of the controller, and if that is unknown, no
 output other than 0 can be compared with the rating, and is refused.
 
+In closed loop the controller chooses the voltage, up to its maximum. A closed loop and its positions are
+refused if this maximum is above the rating or unknown.
+
 Without a rating, the limit that the controller itself has set counts as the rating: voltages are shares of
 it, so none exceeds it, but it is not raised. A drive voltage without such a limit is not raised above the one
 that the controller holds, or above the lowest that the field accepts.
@@ -17,7 +20,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Final
 
-from stagewire._codec.flags import Flags
+from stagewire._codec.flags import Enumeration, Flags
 from stagewire._codec.message import Message
 from stagewire._devices.scales import ByCase, Scales, ToldValue, settings_of
 from stagewire._devices.tables import Given
@@ -29,6 +32,10 @@ SETTING: Final = "maximum_volts"
 """Setting with the maximum output voltage, of which output voltages are shares."""
 _ALONE: Final = ("drive_volts", "maximum_volts", "volts")
 """Quantities of voltages at an actuator that are not shares of the setting."""
+_POSITION: Final = "piezo_position"
+"""Quantity of positions that a closed loop holds."""
+_CLOSED: Final = "CLOSED_LOOP"
+"""How the names of the modes begin in which a loop chooses the voltage."""
 _VOLT: Final = "V"
 _ADVICE: Final = "if the actuator withstands it, pass max_volts= to open"
 
@@ -75,12 +82,29 @@ class Rating:
                         continue  # a share of the limit of the controller, which is not raised
                     raise UnknownScaleError(self._incomparable(name, scales)) from None
                 if scale is None:
-                    continue
-                if self.volts is None:
+                    self._check_loop(name, raw, scales)
+                elif self.volts is None:
                     if entry.quantity in _ALONE:
                         self._check(name, scale.from_counts(raw), _free(entry, held, scale))
                 elif abs(raw) > scale.to_counts(self.volts):  # both are rounded the same way
                     self._check(name, scale.from_counts(raw), None)
+            elif entry.quantity == _POSITION or _closes(entry, raw):
+                self._check_loop(name, raw, scales)
+
+    def _check_loop(self, name: str, raw: int, scales: Scales) -> None:
+        """Check a value that lets a closed loop choose the voltage."""
+        outputs = any(is_rated(self.facts, quantity) for quantity in self.unit.settable)
+        if self.volts is None or raw == 0 or not outputs:
+            return
+        maximum = scales.settings.get(SETTING)
+        if maximum is None:
+            raise UnknownScaleError(self._incomparable(name, scales))
+        if not isinstance(maximum.value, Fraction) or maximum.value > self.volts:
+            raise LimitError(
+                f"{name}: a closed loop can reach {_shown(maximum.value)} ({maximum.source}), which exceeds "
+                f"the rating of the actuator, {_shown(self.volts)} (set by max_volts); nothing was sent. "
+                "Lower the maximum output voltage of the controller first"
+            )
 
     def _limit(self, message: type[Message] | None, entry: Given) -> Told | None:
         """Return how a field of a message sets the maximum output voltage; None if it does not."""
@@ -135,6 +159,14 @@ def has_rated(facts: Facts, unit: Unit) -> bool:
     """Return whether a unit has messages that set a voltage at an actuator, or its range."""
     ranges = (told.set for setting, told in facts.telling(unit) if setting.name == SETTING)
     return any(ranges) or any(is_rated(facts, quantity) for quantity in unit.settable)
+
+
+def _closes(entry: Given, raw: int) -> bool:
+    """Return whether a value selects a mode with a closed loop."""
+    table = entry.choices
+    if table is None or not issubclass(table, Enumeration):
+        return False
+    return any(one.value == raw and one.name.startswith(_CLOSED) for one in table)
 
 
 def _told_volts(told: Told, raw: int) -> Fraction | None:

@@ -11,7 +11,18 @@ from recording_link import RecordingLink
 import stagewire_virtual as virtual
 from stagewire._devices.ratings import is_rated
 from stagewire.errors import LimitError, OutOfRangeError, UnknownScaleError
-from stagewire_apt import BPC201, KIM101, KNA101, KPC101, MPZ601, PROTOCOL, TDC001, TPZ001
+from stagewire_apt import (
+    BPC201,
+    KIM101,
+    KNA101,
+    KPC101,
+    KPZ101,
+    MPZ601,
+    PPC001,
+    PROTOCOL,
+    TDC001,
+    TPZ001,
+)
 from stagewire_apt import messages as m
 from stagewire_apt.devices import tables as every
 from stagewire_virtual.linking import SteppedLink
@@ -44,6 +55,53 @@ def test_output_voltages_above_the_rating_are_refused() -> None:
         assert nothing_was_set(line)
         device.set_output_volts(volts=60)
         device.set_output_volts(volts=-10)
+
+
+LOOPS = (
+    lambda part: part.set_pos_control_mode(mode="CLOSED_LOOP"),
+    lambda part: part.change_pos_control_mode(mode="CLOSED_LOOP_SMOOTH"),
+    lambda part: part.set_output_pos(um=5),
+    lambda part: part.set_output_pos(position_sw=1),
+)
+
+
+@pytest.mark.parametrize("call", LOOPS)
+@pytest.mark.parametrize("cls", [BPC201, KPC101, KPZ101, PPC001, TPZ001])
+def test_a_closed_loop_that_can_exceed_the_rating_is_refused(cls: Any, call: Any) -> None:
+    device, line = opened(cls, max_volts=60, max_travel_um=20)
+    with device:
+        with pytest.raises(
+            LimitError, match=r"can reach 75 V .* the actuator, 60 V .*Lower the max"
+        ):
+            call(device)
+        assert nothing_was_set(line)
+        device.set_pos_control_mode(mode="OPEN_LOOP")
+        device.set_output_pos(position_sw=0)
+    device, line = opened(cls, max_volts=75, max_travel_um=20)
+    with device:
+        call(device)
+        assert not nothing_was_set(line)
+
+
+@pytest.mark.parametrize("call", LOOPS)
+def test_a_closed_loop_with_an_unknown_maximum_is_refused(call: Any) -> None:
+    line = RecordingLink(virtual.rack("MPZ601"))
+    with MPZ601.open(line, max_volts=75) as module:
+        line.forget()
+        with pytest.raises(UnknownScaleError, match=r"settings=\{'maximum_volts': …\} to open"):
+            call(module.channel(1))
+        assert nothing_was_set(line)
+    line = RecordingLink(virtual.rack("MPZ601"))
+    with MPZ601.open(line, max_volts=75, settings={"maximum_volts": 75}) as module:
+        call(module.channel(1))
+
+
+@pytest.mark.parametrize("rating", [None, 20])
+def test_the_loop_of_a_kna101_is_not_compared(rating: int | None) -> None:
+    device, line = opened(KNA101, **({} if rating is None else {"max_volts": rating}))
+    with device:
+        device.channel(1).set_pos_control_mode(mode="CLOSED_LOOP")
+        assert not nothing_was_set(line)
 
 
 def test_a_range_above_the_rating_is_refused() -> None:
