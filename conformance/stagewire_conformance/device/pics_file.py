@@ -47,6 +47,8 @@ from stagewire_virtual.toml_tables import Table, flag, integer, tables_of, text
 
 _STAGE_KEYS: Final = ("stage", "counts_per_mm", "travel", "homes", "limit_switches")
 
+_LONGEST_NAME: Final = 20  # characters of a value that names a table
+
 _T = TypeVar("_T")
 
 
@@ -77,7 +79,7 @@ class ChannelsReader:
         """Return the declared channels or axes."""
         tables = self._top.take("channel", tables_of("channel"), ())
         found = [
-            self._channel(self._top.inner(values, f"channel {at}"))
+            self._channel(self._top.inner(values, _table_label("channel", values, at)))
             for at, values in enumerate(tables, 1)
         ]
         return tuple(each for each in unique(found, self._top, "channel") if each)
@@ -190,8 +192,18 @@ def unique(found: Sequence[_T | None], top: Table, key: str) -> Sequence[_T | No
             else getattr(each, "number", None)
         )
         if each is not None and seen.setdefault(place, at) != at:
-            top.wrong(key, f"{key} {at} is a duplicate of {key} {seen[place]}")
+            top.wrong(key, f"table {at} of [[{key}]] is a duplicate of table {seen[place]}")
     return found
+
+
+def _table_label(key: str, values: Mapping[str, Any], at: int) -> str:
+    """Return the label of a table of a list: the keys that name it, or otherwise its position."""
+    named = {name: values[name] for name in ("bay", "axis", "number") if name in values}
+    if named and all(isinstance(value, str | int) for value in named.values()):
+        return f"[[{key}]] with " + " and ".join(
+            f"{name} = {repr(value)[:_LONGEST_NAME]}" for name, value in named.items()
+        )
+    return f"table {at} of [[{key}]]"
 
 
 _VERSION: Final = 1
@@ -323,7 +335,10 @@ class PicsReader:
             if self._is_rack:
                 top.wrong("bay", "missing; list each occupied bay in a table [[bay]]")
             return None
-        found = [self._bay(top.inner(values, f"bay {at}")) for at, values in enumerate(tables, 1)]
+        found = [
+            self._bay(top.inner(values, _table_label("bay", values, at)))
+            for at, values in enumerate(tables, 1)
+        ]
         return tuple(bay for bay in unique(found, top, "bay") if bay)
 
     def _bay(self, table: Table) -> BayPics | None:
@@ -339,7 +354,8 @@ class PicsReader:
             table.wrong("unit", f"missing; the modules are {', '.join(sorted(modules))}")
         module = own.get(name) or self._unit
         listed = self._messages([module]) if module else frozenset[str]()
-        unsupported = table.take("unsupported", partial(reasons, listed, name), {})
+        of = module.name if module else "a module"
+        unsupported = table.take("unsupported", partial(reasons, listed, of), {})
         table.refuse_others()
         if number is None:
             return None

@@ -290,7 +290,7 @@ def test_a_wrong_channel_is_reported_with_the_channels_that_the_unit_has(
 ) -> None:
     text = CUBE.replace("TDC001", unit).replace("number = 1", f"number = {number}", 1)
     [problem] = [each for each in problems(text) if "key number" in each]
-    assert problem == f"my.toml, channel 1, key number: {said}"
+    assert problem == f"my.toml, [[channel]] with number = {number}, key number: {said}"
 
 
 def test_all_problems_are_reported_together() -> None:
