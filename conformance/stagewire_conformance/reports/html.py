@@ -37,6 +37,7 @@ from stagewire_conformance.reports.text import (
     bytes_of,
     counted,
     gaps,
+    named_messages,
     numbers,
     pieces,
     safe,
@@ -213,6 +214,11 @@ class View:
     def broken_rules(self, case: Case) -> list[Rule]:
         """Return the rules that the findings of a case name, each once."""
         return broken_rules(self.sheet, case)
+
+    def named_messages(self, case: Case) -> str:
+        """Return the messages that the findings of a case name, with their pages; empty if there are none."""
+        named = named_messages(self.sheet, case)
+        return "; ".join(f"{each.name} ({where(each.places)})" for each in named)
 
     def dependents(self, case: Case) -> list[Case]:
         """Return the cases that were not run because of the findings of a case."""

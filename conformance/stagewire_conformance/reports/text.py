@@ -8,6 +8,7 @@ numbers.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -17,6 +18,7 @@ from stagewire_conformance.reports.model import (
     Case,
     Finding,
     Grade,
+    Message,
     Omission,
     PageReference,
     Rule,
@@ -203,6 +205,8 @@ def where(places: Iterable[PageReference]) -> str:
     return "; ".join(f"{kind} {', '.join(names)}".strip() for kind, names in kinds.items())
 
 
+_NAMES = re.compile(r"\b[A-Z][A-Z0-9_]+\b")
+"""A name of a message in a sentence."""
 _MOST_LINES = 48
 """The maximum number of lines of a dialogue at a terminal."""
 _HEADER = 6
@@ -217,6 +221,8 @@ def case_text(sheet: Sheet, case: Case) -> Iterator[str]:
         yield from _finding(finding)
     for rule in broken_rules(sheet, case):
         yield from _rule(sheet, rule)
+    for message in named_messages(sheet, case):
+        yield f"message {message.name} ({where(message.places)})"
     if dependents := sheet.dependents(case):
         yield f"not run because of this: {listed(each.id for each in dependents)}"
     if case.lines:
@@ -232,6 +238,13 @@ def broken_rules(sheet: Sheet, case: Case) -> list[Rule]:
     """Return the rules that the findings of a case name, each once."""
     names = dict.fromkeys(finding.rule for finding in case.findings)
     return [sheet.rules[name] for name in names if name in sheet.rules]
+
+
+def named_messages(sheet: Sheet, case: Case) -> list[Message]:
+    """Return the documented messages that the findings about rules name: a rule may be a general one."""
+    texts = " ".join(finding.text for finding in case.findings if finding.rule)
+    names = dict.fromkeys(_NAMES.findall(texts))
+    return [each for each in sheet.messages if each.name in names and each.places]
 
 
 def _rule(sheet: Sheet, rule: Rule) -> Iterator[str]:

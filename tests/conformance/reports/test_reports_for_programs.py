@@ -27,7 +27,15 @@ from sample_sheets import (
 )
 
 from checkout import SCHEMAS
-from stagewire_conformance.reports import Finding, Grade, Sheet, Verdict, as_json, as_junit
+from stagewire_conformance.reports import (
+    Finding,
+    Grade,
+    Sheet,
+    Verdict,
+    as_html,
+    as_json,
+    as_junit,
+)
 
 HERE = Path(__file__).parent
 SCHEMA = json.loads((SCHEMAS / "conformance-report.schema.json").read_text(encoding="utf-8"))
@@ -155,6 +163,16 @@ def test_a_failure_in_junit_has_bytes_rule_page_and_command() -> None:
         FAILED.repeat,
     ):
         assert part in text, part
+
+
+def test_a_finding_cites_the_pages_of_the_messages_that_it_names() -> None:
+    finding = replace(FAILED.findings[0], text="MOT_REQ_VELPARAMS and NOT_A_MESSAGE were sent")
+    made = sheet(replace(FAILED, findings=(finding,)))
+    text = suites(made)["answers"].findtext(".//failure") or ""
+    assert [line for line in text.splitlines() if line.startswith("message ")] == [
+        "message MOT_REQ_VELPARAMS (page 30)"
+    ]
+    assert "Described in the document: MOT_REQ_VELPARAMS (page 30)" in as_html(made)
 
 
 def test_an_unfinished_run_is_an_error_in_junit() -> None:

@@ -67,7 +67,7 @@ def _status(trial: Trial, place: Target) -> None:
         cause=Cause(_NAME, "i_tec"),
     )
     ranges = _ranges(trial)
-    low, high = ranges.get(settings.sensor, (-4500, 20000))
+    low, high = _range(ranges, settings.sensor)
     for message, told in ((_NAME, status), ("TEC_GET_READINGS", reading)):
         trial.must(
             abs(told.i_tec) <= settings.i_lim,
@@ -123,7 +123,7 @@ def _set_point(trial: Trial, place: Target) -> None:
     point = light.set_of("TEC_TEMPSETPOINT")
     before = point.read(trial)
     point.undo(trial, before)
-    low, high = _ranges(trial).get(light.ask("TEC_REQ_IOSETTINGS").sensor, (-4500, 20000))
+    low, high = _range(_ranges(trial), light.ask("TEC_REQ_IOSETTINGS").sensor)
     for step in (_STEP, -_STEP):
         value = before["t_set"] + step
         if not low <= value <= high or not light.keeps(point, {"t_set": value}):
@@ -161,6 +161,12 @@ def _ranges(trial: Trial) -> dict[int, tuple[int, int]]:
     """Return the range of temperatures of each sensor, by its number (page 356)."""
     cases = trial.declared.registry.table("quantities")["tec_temperature"]["scale"]["cases"]
     return {TecSensor[name]: (case["minimum"], case["maximum"]) for name, case in cases.items()}
+
+
+def _range(ranges: Mapping[int, tuple[int, int]], sensor: int) -> tuple[int, int]:
+    """Return the range of a sensor; for one that the document does not list, that of all sensors together."""
+    every = min(low for low, _ in ranges.values()), max(high for _, high in ranges.values())
+    return ranges.get(sensor, every)
 
 
 def _suits_another(value: int, ranges: Mapping[int, tuple[int, int]]) -> bool:
