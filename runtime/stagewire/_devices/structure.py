@@ -44,6 +44,11 @@ class PartBase:
 
     def __setattr__(self, name: str, value: object) -> None:
         """Set an attribute that the class has or declares; a misspelt name raises an error."""
+        found = getattr(type(self), name, None)
+        if isinstance(found, property) and found.fset is None:
+            call = f"; use set_{name}()" if hasattr(self, f"set_{name}") else ""
+            what = f"{name} of {type(self).__name__} cannot be assigned{call}"
+            raise AttributeError(what, name=name, obj=self)
         if name.startswith("_") or _has(type(self), name):
             object.__setattr__(self, name, value)
             return

@@ -52,6 +52,25 @@ def test_a_kim101_moves_no_channel_that_is_not_enabled(number: int) -> None:
         assert instrument.moved == []
 
 
+@pytest.mark.parametrize("unit", ["KIM101", "TIM101"])
+def test_a_channel_without_a_status_of_its_own_is_stopped_before_it_moves_again(unit: str) -> None:
+    with (
+        getattr(virtual, unit)().tcp() as server,
+        getattr(devices, unit).open(server.url, on_close="leave") as device,
+    ):
+        channel = device.channel(1)
+        channel.enable()
+        channel.start_move_to_steps(20000)
+        with pytest.raises(MotionUnderWayError, match=r"under way; stop it, or wait for its end$"):
+            channel.move_to_steps(5)
+        device.close()
+        device.reconnect()
+        with pytest.raises(MotionUnderWayError, match=r"may still be; stop it$"):
+            channel.move_to_steps(5)
+        channel.stop()
+        channel.move_to_steps(5)
+
+
 @pytest.mark.parametrize("call", ["home", "jog", "move_start", "start_move_start"])
 def test_a_pdxc2_moves_only_while_it_is_enabled(call: str) -> None:
     with virtual.PDXC2() as controller:

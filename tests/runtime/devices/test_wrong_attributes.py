@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 import stagewire_virtual as virtual
-from stagewire_apt import BPC203, KDC101, TPZ001
+from stagewire_apt import BPC203, KDC101, TPZ001, aio
+from stagewire_virtual import stepped
 from stagewire_virtual.linking import SteppedLink
 
 
@@ -32,8 +33,18 @@ def test_bays_and_channels_refuse_them_too() -> None:
 
 
 def test_a_property_without_a_setter_cannot_be_set() -> None:
-    with opened(KDC101, virtual.KDC101()) as kdc, pytest.raises(AttributeError):
+    refused = pytest.raises(AttributeError, match=r"^position of KDC101 cannot be assigned$")
+    with opened(KDC101, virtual.KDC101()) as kdc, refused:
         kdc.position = 3
+
+
+def test_an_attribute_is_not_assigned_in_asyncio() -> None:
+    async def main() -> None:
+        async with aio.TPZ001.open("virtual://TPZ001", identify=False) as piezo:
+            with pytest.raises(AttributeError, match=r"cannot be assigned; use set_volts\(\)$"):
+                piezo.volts = 3
+
+    stepped.run(main())
 
 
 def test_methods_can_be_replaced_as_mocks_do(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,7 +15,14 @@ from math import floor
 from typing import Any, Final
 
 from stagewire._codec.flags import Flags
-from stagewire._devices.asynchronous.calls import check_limits, look, moves, query, refuse_left
+from stagewire._devices.asynchronous.calls import (
+    check_limits,
+    look,
+    moves,
+    query,
+    refuse_left,
+    reports_motion,
+)
 from stagewire._devices.asynchronous.transport import Endpoint
 from stagewire._devices.endpoint import Deadline
 from stagewire._devices.limits import position_scale
@@ -135,9 +142,13 @@ async def refuse_second(endpoint: Endpoint, what: str, deadline: Deadline) -> No
     await refuse_left(endpoint, what, deadline.left)
     running = endpoint.connection.motions.at(endpoint.place)
     if running is not None and running.exchange is not None:
+        advice = (
+            "stop it, wait for its end, or wait until is_moving() returns False"
+            if reports_motion(endpoint.connection.unit)
+            else "stop it, or wait for its end"
+        )
         raise MotionUnderWayError(
-            f"{what} was not sent: {running.what} is or may be under way; stop it, wait for its end, or "
-            "wait until is_moving() returns False"
+            f"{what} was not sent: {running.what} is or may be under way; {advice}"
         )
 
 

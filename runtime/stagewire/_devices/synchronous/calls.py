@@ -17,6 +17,7 @@ from stagewire._devices.endpoint import Deadline
 from stagewire._devices.motions import Running
 from stagewire._devices.synchronous.transport import Endpoint, framed_transport
 from stagewire._devices.tables import Action, Command, Given, ParameterSet, Query
+from stagewire._devices.unit import Unit
 from stagewire._devices.values import Values
 from stagewire.errors import (
     MotionUnderWayError,
@@ -332,7 +333,7 @@ def refuse_left(endpoint: Endpoint, what: str, seconds: float) -> None:
     if running is None or not running.left:
         return
     advice = "stop it"
-    if unit.idle is not None or (unit.status_query is not None and unit.moving):
+    if reports_motion(unit):
         is_moving(endpoint, min(seconds, endpoint.seconds(None)))
         if motions.at(endpoint.place) is not running:
             return
@@ -340,6 +341,14 @@ def refuse_left(endpoint: Endpoint, what: str, seconds: float) -> None:
     raise MotionUnderWayError(
         f"{what} was not sent: {running.what} was under way when its line was lost or closed, and may still "
         f"be; {advice}"
+    )
+
+
+def reports_motion(unit: Unit) -> bool:
+    """Return whether a channel of a unit can be asked whether it moves."""
+    status = unit.status_query
+    return unit.idle is not None or (
+        status is not None and not unit.moving.keys().isdisjoint(replies_of(status))
     )
 
 
@@ -361,7 +370,7 @@ def is_moving(endpoint: Endpoint, timeout: float | None) -> bool:
         if not busy and running is not None and not running.just_begun(endpoint.now()):
             _settled(endpoint, running)
         return busy
-    if unit.status_query is None or unit.moving.keys().isdisjoint(replies_of(unit.status_query)):
+    if unit.status_query is None or not reports_motion(unit):
         raise UnsupportedError(f"a {unit.name} has no request for whether it moves")
     status = (_ask(endpoint, unit.status_query, seconds, {})).message
     if moves(status, unit.moving[type(status)]):

@@ -19,7 +19,14 @@ from typing import Any, Final
 from stagewire._codec.flags import Flags
 from stagewire._devices.endpoint import Deadline
 from stagewire._devices.limits import position_scale
-from stagewire._devices.synchronous.calls import check_limits, look, moves, query, refuse_left
+from stagewire._devices.synchronous.calls import (
+    check_limits,
+    look,
+    moves,
+    query,
+    refuse_left,
+    reports_motion,
+)
 from stagewire._devices.synchronous.transport import Endpoint
 from stagewire._devices.tables import Action, MotionEnd, Stored
 from stagewire._devices.travel import MEASURES, POSITION
@@ -137,9 +144,13 @@ def refuse_second(endpoint: Endpoint, what: str, deadline: Deadline) -> None:
     refuse_left(endpoint, what, deadline.left)
     running = endpoint.connection.motions.at(endpoint.place)
     if running is not None and running.exchange is not None:
+        advice = (
+            "stop it, wait for its end, or wait until is_moving() returns False"
+            if reports_motion(endpoint.connection.unit)
+            else "stop it, or wait for its end"
+        )
         raise MotionUnderWayError(
-            f"{what} was not sent: {running.what} is or may be under way; stop it, wait for its end, or "
-            "wait until is_moving() returns False"
+            f"{what} was not sent: {running.what} is or may be under way; {advice}"
         )
 
 
