@@ -91,20 +91,21 @@ def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list
     needed = {parent.as_posix() for path in files for parent in PurePosixPath(path).parents}
     stale = []
     for path in _present(out):
+        of_ours = path == MANIFEST and bool(known)
+        if path in files and (of_ours or path in known):
+            continue  # it may be overwritten, even if it was edited
         current = hashlib.sha256((out / path).read_bytes()).hexdigest()
-        ours = known.get(path) == current or (path == MANIFEST and bool(known))
-        if path not in files:
-            if partial and path not in needed:
-                continue
-            if ours:
-                stale.append(path)
-            elif path in known:
-                foreign.append(f"{path} (edited by hand, and no longer generated)")
-            elif path in needed:
-                foreign.append(f"{path} (a file where a directory is needed)")
+        if path in files:
+            if current != digest(files[path]):
+                foreign.append(f"{path} (not created by the generator)")
+        elif partial and path not in needed:
             continue
-        if not ours and path not in known and current != digest(files[path]):
-            foreign.append(f"{path} (not created by the generator)")
+        elif of_ours or known.get(path) == current:
+            stale.append(path)
+        elif path in known:
+            foreign.append(f"{path} (edited by hand, and no longer generated)")
+        elif path in needed:
+            foreign.append(f"{path} (a file where a directory is needed)")
     if foreign:
         listed = "\n  ".join(foreign)
         raise OutputError(

@@ -71,9 +71,11 @@ class Document:
 
     def _mark(self, path: KeyPath) -> _Mark | None:
         """Return the mark of ``path``, or of its nearest known parent."""
-        while path and path not in self.places:
+        mark = self.places.get(path)
+        while mark is None and path:
             path = path[:-1]
-        return self.places.get(path)
+            mark = self.places.get(path)
+        return mark
 
 
 def _place(name: str, mark: Any) -> Place:

@@ -87,6 +87,16 @@ def test_json_has_no_terminal_control_characters() -> None:
     assert json.loads(text) == {"a": 1, "b": "\x1b\x7f\x85\xad é"}
 
 
+@pytest.mark.parametrize(
+    ("char", "line"), [("\x7f", "\\u007f"), ("\x85", "\\u0085"), ("\xad", "\\u00ad"), ("é", "é")]
+)
+def test_lists_with_an_item_on_each_line_have_no_terminal_control_characters(
+    char: str, line: str
+) -> None:
+    text = canonical({"a": [{"c": char}, 1], "b": char}, lines=("a",))
+    assert text == f'{{\n  "a": [\n    {{"c":"{line}"}},\n    1\n  ],\n  "b": "{line}"\n}}\n'
+
+
 def test_lists_are_sorted(tree: dict[str, bytes]) -> None:
     for data in parsed(tree, "registry"):
         keys = [

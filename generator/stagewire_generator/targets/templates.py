@@ -41,27 +41,29 @@ def canonical(data: dict[str, Any], lines: Collection[str] = ()) -> str:
     :param lines: keys of long lists. Each of their items is written on one line, without spaces.
     """
     rest = _INDENTED.encode({key: [] if key in lines else value for key, value in data.items()})
+    rest = _escaped(rest)
     parts: list[str] = []
     for key in sorted(lines):
         if data.get(key):
             # JSON escapes line feeds in strings, so this text cannot occur anywhere else.
             before, _, rest = rest.partition(f'\n  "{key}": []')
-            opening, between = f'{before}\n  "{key}": [\n    ', ",\n    "
-            for item in data[key]:
-                parts += (opening, _line(item))
-                opening = between
-            parts.append("\n  ]")
-    text = "".join([*parts, rest, "\n"])  # at once: it may have megabytes
-    for char in _HIDDEN:  # one by one: most texts have none of them, and a search is fast
-        if char in text:
-            text = text.replace(char, f"\\u{ord(char):04x}")
-    return text
+            items = ",\n    ".join(map(_line, data[key]))
+            parts += (before, f'\n  "{key}": [\n    ', items, "\n  ]")
+    return "".join([*parts, rest, "\n"])  # at once: it may have megabytes
 
 
 def _line(item: object) -> str:
     """Return an item on one line. The encoder for ASCII is faster, and most items need no other."""
     line = _IN_ASCII.encode(item)
-    return _ON_ONE_LINE.encode(item) if "\\u" in line else line
+    return _escaped(_ON_ONE_LINE.encode(item)) if "\\u" in line else line
+
+
+def _escaped(text: str) -> str:
+    """Return JSON in which the characters that can control a terminal are escaped."""
+    for char in _HIDDEN:  # one by one: most texts have none of them, and a search is fast
+        if char in text:
+            text = text.replace(char, f"\\u{ord(char):04x}")
+    return text
 
 
 def wrapped(text: str, width: int, hanging: int = 0) -> list[str]:

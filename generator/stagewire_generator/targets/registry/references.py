@@ -34,10 +34,10 @@ def _documented(value: Any, documents: Mapping[str, str], overlay: str = "") -> 
             for item in value
         ]
     overlay = value.get("overlay", overlay)
-    whole = {
-        key: _documented(item, documents, overlay) if item.__class__ in _NESTED else item
-        for key, item in value.items()
-    }
+    whole = dict(value)
+    for key, item in value.items():
+        if item.__class__ in _NESTED:
+            whole[key] = _documented(item, documents, overlay)
     if whole.get("overlay") == "":
         del whole["overlay"]
     if "page" in value or isinstance(value.get("pages"), list):
