@@ -35,6 +35,7 @@ def announcement(url: str, plan: Plan) -> Iterator[str]:
         f"{plan.declared.unit.name} at {url}: {counted(len(plan.runnable), 'check')}, "
         f"about {max(1, round(plan.seconds))} s; seed {plan.seed}"
     )
+    yield from _channel_numbers(plan)
     effects = plan.effects()
     if not effects:
         yield "This run does not change settings, write to memory or move anything."
@@ -46,6 +47,17 @@ def announcement(url: str, plan: Plan) -> Iterator[str]:
             yield f"  {text}"
     for why, number in plan.refusals().items():
         yield f"Not run: {counted(number, 'check')} ({why})"
+
+
+def _channel_numbers(plan: Plan) -> Iterator[str]:
+    """Yield the numbers that findings use for channels, for units whose messages do not count from 1."""
+    for unit in dict.fromkeys(place.unit for place in plan.declared.places):
+        count, idents = unit.channels, unit.channel_idents
+        if idents != tuple(range(1, count + 1)):
+            yield (
+                f"{unit.name} has channels 1 to {count}; checks and findings use their numbers in messages: "
+                f"{', '.join(map(str, idents))}"
+            )
 
 
 def _effect_text(check: Check) -> str:

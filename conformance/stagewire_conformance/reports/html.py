@@ -33,10 +33,12 @@ from stagewire_conformance.reports.model import (
 from stagewire_conformance.reports.text import (
     GRADES,
     MEANING,
+    MILDER,
     broken_rules,
     bytes_of,
     counted,
     gaps,
+    is_milder_than_its_rule,
     named_messages,
     numbers,
     pieces,
@@ -214,6 +216,10 @@ class View:
     def broken_rules(self, case: Case) -> list[Rule]:
         """Return the rules that the findings of a case name, each once."""
         return broken_rules(self.sheet, case)
+
+    def milder(self, case: Case) -> str:
+        """Return why a case is NON-STRICT although its rule says must; empty if it is not."""
+        return MILDER if is_milder_than_its_rule(self.sheet, case) else ""
 
     def named_messages(self, case: Case) -> str:
         """Return the messages that the findings of a case name, with their pages; empty if there are none."""

@@ -120,7 +120,8 @@ def not_at_rest(sheet: Sheet) -> list[str]:
 
 MEANING = {
     "PASS": "the controller does what the document requires",
-    "NON-STRICT": "it departs from a recommendation or from usual behaviour; hosts can work with it",
+    "NON-STRICT": "it departs from a recommendation or from usual behaviour, or as other controllers do; "
+    "hosts can work with it",
     "FRAGILE": "it does not cope with damaged input; no rule demands it, and it is not part of the verdict",
     "FAIL": "it violates a requirement of the document",
     "INFO": "measured or observed, but this run cannot decide whether it is correct",
@@ -129,10 +130,16 @@ MEANING = {
 }
 """The meanings of the results of a check."""
 
+MILDER = (
+    "NON-STRICT, although the rule says must: hosts can work with this departure, or other controllers "
+    "share it"
+)
+"""An explanation of a result that is milder than its rule."""
+
 _VERDICTS = {
     Verdict.FAILED: "does not conform",
     Verdict.UNFINISHED: "the run did not finish",
-    Verdict.NON_STRICT: "departures from recommendations of the document",
+    Verdict.NON_STRICT: "departures that hosts can work with",
     Verdict.PARTIAL: "no failures in what was run",
     Verdict.PASSED: "no failures",
 }
@@ -221,6 +228,8 @@ def case_text(sheet: Sheet, case: Case) -> Iterator[str]:
         yield from _finding(finding)
     for rule in broken_rules(sheet, case):
         yield from _rule(sheet, rule)
+    if is_milder_than_its_rule(sheet, case):
+        yield MILDER
     for message in named_messages(sheet, case):
         yield f"message {message.name} ({where(message.places)})"
     if dependents := sheet.dependents(case):
@@ -245,6 +254,12 @@ def named_messages(sheet: Sheet, case: Case) -> list[Message]:
     texts = " ".join(finding.text for finding in case.findings if finding.rule)
     names = dict.fromkeys(_NAMES.findall(texts))
     return [each for each in sheet.messages if each.name in names and each.places]
+
+
+def is_milder_than_its_rule(sheet: Sheet, case: Case) -> bool:
+    """Return whether a case is NON-STRICT although a rule that it names says must."""
+    strengths = {rule.strength for rule in broken_rules(sheet, case)}
+    return case.grade is Grade.DEVIATES and "must" in strengths
 
 
 def _rule(sheet: Sheet, rule: Rule) -> Iterator[str]:

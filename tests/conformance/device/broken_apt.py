@@ -377,7 +377,7 @@ def broken() -> dict[str, Broken]:
          "MOT_ACK_DCSTATUSUPDATE to 0x50 was answered with HW_GET_INFO"),
     "silence too early":
         ("BSC103", sends(STEPPER, of_source(0x22, from_the(31, dropped))), "keep-alive", FAIL,
-         "0x22 stopped after it had sent MOT_GET_STATUSUPDATE 30 times without MOT_ACK_DCSTATUSUPDATE"),
+         "0x22 stopped after it had sent MOT_GET_STATUSUPDATE 30 times after the last MOT_ACK_"),
 }.items()}  # fmt: skip
 
 

@@ -90,6 +90,21 @@ def test_a_plan_lists_effects_and_refusals() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("unit", "said"),
+    [
+        (
+            "KIM101",
+            "KIM101 has channels 1 to 4; checks and findings use their numbers in messages: 1, 2, 4, 8",
+        ),
+        ("BSC203", ""),
+    ],
+)
+def test_the_announcement_states_the_numbers_of_channels_in_messages(unit: str, said: str) -> None:
+    lines = announcement(URL, Plan.of(unit, ASKING))
+    assert [line for line in lines if "in messages" in line] == ([said] if said else [])
+
+
 def test_a_plan_needs_a_declaration(tmp_path: Path) -> None:
     with pytest.raises(DeclarationError, match="give --unit"):
         Plan.of(None, ASKING)

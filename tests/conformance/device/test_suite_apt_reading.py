@@ -247,7 +247,7 @@ def test_a_controller_that_never_falls_silent_is_found() -> None:
     controller = stagewire_virtual.TDC001(line="rs232")
     (outcome,) = outcomes(SteppedLink(controller), declare("TDC001"), ["keep-alive"])
     assert outcome.result is Result.FAIL
-    assert "times without MOT_ACK_DCSTATUSUPDATE and did not stop" in words_of(outcome)
+    assert "after the last MOT_ACK_DCSTATUSUPDATE and did not stop" in words_of(outcome)
 
 
 def test_a_unit_whose_printed_lists_omit_the_keep_alive_may_do_without() -> None:

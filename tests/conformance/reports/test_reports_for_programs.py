@@ -175,6 +175,16 @@ def test_a_finding_cites_the_pages_of_the_messages_that_it_names() -> None:
     assert "Described in the document: MOT_REQ_VELPARAMS (page 30)" in as_html(made)
 
 
+def test_a_departure_from_a_must_is_explained() -> None:
+    finding = replace(FAILED.findings[0], grade=Grade.DEVIATES)
+    deviates = replace(FAILED, grade=Grade.DEVIATES, word="NON-STRICT", findings=(finding,))
+    said = "NON-STRICT, although the rule says must: hosts can work with this departure"
+    for case, expected in ((deviates, True), (FAILED, False)):
+        made = sheet(case)
+        text = suites(made)["answers"].findtext(".//failure") or ""
+        assert [said in each for each in (text, as_html(made))] == [expected, expected]
+
+
 def test_an_unfinished_run_is_an_error_in_junit() -> None:
     error = suites(sheet(PASSED, unfinished="the plug was pulled"))["run"].find(".//error")
     assert error is not None

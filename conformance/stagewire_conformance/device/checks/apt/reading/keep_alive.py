@@ -156,7 +156,8 @@ def _reply(trial: Trial, streams: Sequence[Stream]) -> None:
 
 
 @KIND.check(
-    "Status messages stop about 50 after the last keep-alive message, and resume with the next one",
+    "Status messages stop without keep-alive messages, after about as many as the document states, and "
+    "resume with the next one",
     seconds=6.4,
     each=_until_silent_on_usb,
 )
@@ -227,15 +228,15 @@ def _judge_silence(
             continue
         if goes_on and not _is_printed(trial, stream):
             trial.inconclusive(
-                f"{place} sent {stream.status} {len(mine)} times without {name} and did not stop; that is "
-                f"allowed, because the document's lists of the messages of {stream.place.unit.name} omit "
-                f"{name}"
+                f"{place} sent {stream.status} {_counted(counts)} after the last {name} and did not "
+                f"stop; that is allowed, because the document's lists of the messages of "
+                f"{stream.place.unit.name} omit {name}"
             )
             continue
         trial.must(
             not goes_on,
-            f"{place} sent {stream.status} {len(mine)} times without {name} and did not stop; "
-            f"it should stop after about {due}",
+            f"{place} sent {stream.status} {_counted(counts)} after the last {name} and did not stop; "
+            f"it should stop after about {due} status messages",
             rule=_rule(stream, "fifty"),
             came=mine[-1].raw,
         )
@@ -244,8 +245,8 @@ def _judge_silence(
         )
         trial.must(
             goes_on or right,
-            f"{place} stopped after it had sent {stream.status} {_counted(counts)} without "
-            f"{name}; it should stop after about {due}",
+            f"{place} stopped after it had sent {stream.status} {_counted(counts)} after the last {name}; it "
+            f"should stop after about {due} status messages",
             rule=_rule(stream, "counts-status"),
             cause=Cause(stream.status, ENDED) if len(mine) < due else None,
             came=mine[-1].raw,
