@@ -205,6 +205,8 @@ def _message(out: Console, registry: Registry, entry: Json) -> None:
             out.print(entry[key])
     if entry.get("not_sent"):
         out.print(f"not sent: {entry['not_sent']}")
+    if entry.get("without_flag"):
+        out.print(f"also received without the data flag: {entry['without_flag']}")
     _plain(out, {key: entry[key] for key in ("set", "exchange", "errata") if entry.get(key)})
     if not entry["layouts"]:
         out.print("the document gives no layout; received bytes are kept, and it cannot be encoded")

@@ -107,6 +107,7 @@ class Message:
     overlay: str = ""
     sub_message: int | None = None  # selects it among the messages of its id
     not_sent: str = ""  # why the library must not send it; empty if it may
+    without_flag: str = ""  # who sends it without the data flag; it is then also received so
     twin_of: str = ""  # the message of which this is another id
 
     @property

@@ -12,7 +12,7 @@ from itertools import cycle
 from typing import Any
 
 from command_properties import check_commands
-from streams import ARRAYS, LONGEST_PACKET, PROTOCOL, STREAM_CONTROLS, Array
+from streams import ARRAYS, LONGEST_PACKET, PROTOCOL, STREAM_CONTROLS, Array, as_sent
 from tally import SEEN, Seen, count, count_in
 
 from stagewire.errors import (
@@ -193,7 +193,7 @@ def _sizes(kind: int, size: int) -> Iterator[int]:
 
 
 def _declared(raw: bytes) -> int:
-    return HEADER_SIZE + (raw[2] | raw[3] << 8 if raw[4] & DATA_FLAG else 0)
+    return HEADER_SIZE + (raw[2] | raw[3] << 8 if as_sent(raw)[4] & DATA_FLAG else 0)
 
 
 def _check_first(stream: bytes, events: list[Event], end: End) -> None:
@@ -214,7 +214,7 @@ def _check_first(stream: bytes, events: list[Event], end: End) -> None:
             "a valid undocumented frame at the start was not received"
         )
         return
-    if not raw[4] & DATA_FLAG:
+    if len(raw) == HEADER_SIZE and not raw[4] & DATA_FLAG:
         parameters = raw[2] | raw[3] << 8
         lost_its_flag = parameters and parameters in _LENGTHS[layout.id]
         if lost_its_flag or (layout.only_zero and parameters):
@@ -246,7 +246,7 @@ def _check_event(event: Event, end: End, context: Context) -> None:
         raise AssertionError(f"{event!r} decodes")
     assert kind is Received or kind is Undocumented, f"an event of kind {kind}"
     frame = event.frame  # type: ignore[attr-defined]
-    assert frame.encode() == raw, "the frame encodes to other bytes"
+    assert frame.encode() == as_sent(raw), "the frame encodes to other bytes"
     if context:
         assert frame == PROTOCOL.decode(raw, context), (
             "the framer ignored the context of the source"
@@ -302,7 +302,7 @@ def _check_decode(raw: bytes, context: Context) -> None:
         _check_refused(raw, error)
         return
     count(Seen.DECODED)
-    assert frame.encode() == raw, "decoding and encoding gave other bytes"
+    assert frame.encode() == as_sent(raw), "decoding and encoding gave other bytes"
     again = PROTOCOL.decode(memoryview(raw), context)
     assert again == frame, "decoding twice gave unequal frames"
     assert hash(again) == hash(frame), "equal frames have unequal hashes"

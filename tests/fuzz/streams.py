@@ -114,6 +114,13 @@ LAYOUTS_WITH_ARRAY = tuple(layout for layout in LAYOUTS if layout.id in ARRAYS)
 LONGEST_PACKET = max(MAXIMUM_PACKET, *(array.most for array in ARRAYS.values()))
 """Bytes of the longest packet of any message."""
 
+
+def as_sent(raw: bytes) -> bytes:
+    """Return a received frame as it is sent. Only one kind of packet is received without the data flag."""
+    lacks_flag = raw[:4] == b"\xc0\x08\x08\0"
+    return raw[:4] + bytes((raw[4] | DATA_FLAG,)) + raw[5:] if lacks_flag else raw
+
+
 LONG = 120
 INTERESTING = (0x00, 0x01, 0x04, 0x06, 0x0E, 0x50, 0x7F, 0x80, 0x81, 0xD0, 0xFF)
 

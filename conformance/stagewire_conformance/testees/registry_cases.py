@@ -267,6 +267,9 @@ def _steps(protocol: Protocol, entry: Json) -> Iterator[tuple[str, Step]]:
     if true is not None:
         yield "encode", _encode(protocol, wanted, true)
         yield "decode", _decode(protocol, true, wanted, _said(protocol, wanted))
+    if entry["verdict"] == "tolerated":
+        printed = octets(entry, "printed")
+        yield "decode.printed", _decode(protocol, printed, wanted, _said(protocol, wanted))
     printed_is = entry if "rejected" in entry else entry.get("printed_is", {})
     if "rejected" in printed_is:
         answer = _refused(printed_is)

@@ -16,6 +16,7 @@
  *    contains a header that would be accepted out of step, its length was damaged: all bytes before
  *    that header are garbage. A header form whose parameters equal the packet length of its id is
  *    also garbage: it is a packet that lost its data flag.
+ *    Some programs omit this flag in certain frames; these are accepted as if they had it.
  * 3. In step, a frame with an unknown or undocumented id and valid addresses is skipped by its
  *    length. So is a frame with an id that several messages share, if none of them has its
  *    sub-message. Rules 2 and 5 apply to the forms of its sub-message, once the frame is complete.

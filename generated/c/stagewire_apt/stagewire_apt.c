@@ -1432,7 +1432,7 @@ static unsigned judge(unsigned receives, const uint8_t *header, bool whole)
 {
     const unsigned dest = header[4] & APT_HIGHEST_ADDRESS;
     const unsigned source = header[5];
-    const bool has_packet = header[4] >= APT_DATA_FLAG;
+    const bool has_packet = apt_has_packet(header);
     const unsigned word = apt_get_16(&header[2]); /* length of the packet, or both parameters */
     const apt_entry *entry;
     unsigned points = 0U; /* direction of the addresses; 0 for the addresses 0 and 0 */
@@ -1598,7 +1598,7 @@ static apt_event_kind decide(apt_parser *parser, apt_event *event)
         verdict = GARBAGE;
     } else {
         size_t whole = APT_HEADER_SIZE;
-        if (event->bytes[4] >= APT_DATA_FLAG) {
+        if (apt_has_packet(event->bytes)) {
             whole += ARRAYS ? apt_get_16(&event->bytes[2]) : (unsigned)event->bytes[2];
         }
         if (size >= whole) {

@@ -228,6 +228,25 @@ static inline uint16_t apt_id_of(const uint8_t *frame)
     return apt_get_16(frame);
 }
 
+/**
+ * Return whether a frame has a packet even without the data flag, because some programs send it so.
+ *
+ * @param head its first four bytes as a number
+ */
+static inline bool apt_may_lack_flag(uint32_t head)
+{
+    return head == UINT32_C(0x000808C0);
+}
+
+/** Return whether a packet follows a header. */
+static inline bool apt_has_packet(const uint8_t *header)
+{
+    if (apt_may_lack_flag(apt_get_32(header))) {
+        return true;
+    }
+    return header[4] >= APT_DATA_FLAG;
+}
+
 /** Return the addresses of a frame with a complete header. */
 static inline apt_addresses apt_addresses_of(const uint8_t *frame)
 {
@@ -304,6 +323,7 @@ static inline apt_status apt_check_array(const uint8_t *frame, size_t size, uint
 static inline apt_status apt_check_packet(const uint8_t *frame, size_t size, uint32_t head)
 {
     const uint32_t length = head >> 16;
+    uint32_t found;
     uint32_t declared;
     size_t following;
 #if APT_NATIVE
@@ -316,12 +336,13 @@ static inline apt_status apt_check_packet(const uint8_t *frame, size_t size, uin
     if (size < APT_HEADER_SIZE) {
         return APT_TOO_SHORT;
     }
-    if (((apt_get_16(frame) ^ head) << 16) != 0U) {
+    found = apt_get_32(frame);
+    if (((found ^ head) << 16) != 0U) {
         return APT_WRONG_ID;
     }
-    declared = apt_get_16(&frame[2]);
+    declared = found >> 16;
     following = size - APT_HEADER_SIZE;
-    if (frame[4] < APT_DATA_FLAG) {
+    if (frame[4] < APT_DATA_FLAG && !apt_may_lack_flag(found)) {
         declared = 0U; /* the two bytes are parameters, and no packet follows */
     }
     if (following < declared) {
@@ -340,7 +361,7 @@ static inline apt_status apt_check_packet(const uint8_t *frame, size_t size, uin
 static inline apt_status apt_check_header(const uint8_t *frame, size_t size, uint16_t id)
 {
     const apt_status status = apt_check_packet(frame, size, id);
-    if (status == APT_OK && frame[4] >= APT_DATA_FLAG) {
+    if (status == APT_OK && apt_has_packet(frame)) {
         return APT_WRONG_LENGTH;
     }
     return status;
@@ -355,7 +376,7 @@ static inline apt_status apt_check_header(const uint8_t *frame, size_t size, uin
  */
 static inline uint32_t apt_sub_message_of(const uint8_t *frame)
 {
-    if (frame[4] < APT_DATA_FLAG) {
+    if (!apt_has_packet(frame)) {
         return frame[2];
     }
     if (apt_get_16(&frame[2]) < 2U) {

@@ -301,6 +301,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "overlay": _OVERLAY,
         "sub_message": "message-sub-message",
         "not_sent": "message-not-sent",
+        "without_flag": "message-without-flag",
         "twin_of": Ignored("its name, which is compared, contains that of the other message"),
     },
     model.Firmware: dict.fromkeys(("version", "note", "page"), Elsewhere("messages")),

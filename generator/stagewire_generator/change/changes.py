@@ -79,6 +79,7 @@ _WIRE = {
     "message-kind": "it begins with other bytes, because it is another kind of message or command",
     "command-size": "another number is sent in the size slot, or the slot is left out",
     "message-not-sent": "the message is no longer sent, is sent again, or is refused for another reason",
+    "message-without-flag": "the message is received without the data flag, no longer, or for another reason",
     "command-dummy": "the command is now refused as a dummy, or no longer refused",
     "setup-switch": "the bytes after the setup command are read in another format",
     "addressee": "in a rack, the message is sent to another address",

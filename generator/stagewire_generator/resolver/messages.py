@@ -276,6 +276,7 @@ def _define_member(
         overlay=document.overlay,
         sub_message=sub_message,
         not_sent=entry.get("not_sent", "") if role != "get" else "",
+        without_flag=entry.get("without_flag", "") if role == "set" else "",
     )
     add_message(tables, message)
     other = entry.get("also_ids", {}).get(role)

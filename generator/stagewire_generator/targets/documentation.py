@@ -83,6 +83,8 @@ def message_paragraphs(
     notes = [message.note, layout.note if layout else ""]
     if message.not_sent:
         notes.append(f"Stagewire does not send it: {message.not_sent}")
+    if message.without_flag:
+        notes.append(f"Also received without the data flag: {message.without_flag}")
     if message.aliases:
         notes.append(f"Also named {' and '.join(map(markup.name, message.aliases))}")
     for overlay in protocol.overlays:

@@ -60,12 +60,13 @@ class Layout:
     :param sub_message: the number that distinguishes it from other messages with the same id; None: no other
         message has this id. A data form begins with it as a word, in a header form it is ``param1``.
     :param not_sent: the reason why sessions refuse to send the message; empty: they send it.
+    :param without_flag: its packet is also accepted without the data flag. It is always sent with it.
     """
 
     __slots__ = (
         "constants", "describe", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
         "not_sent", "only_zero", "optional", "signed", "size", "sub_message",
-        "switches_to", "unnamed", "unsolicited", "when",
+        "switches_to", "unnamed", "unsolicited", "when", "without_flag",
     )  # fmt: skip
 
     def __init__(
@@ -89,6 +90,7 @@ class Layout:
         unsolicited: bool = False,
         sub_message: int | None = None,
         not_sent: str = "",
+        without_flag: bool = False,
     ) -> None:
         self.message = message
         self.id = id
@@ -109,6 +111,7 @@ class Layout:
         self.unsolicited = unsolicited
         self.sub_message = sub_message
         self.not_sent = not_sent
+        self.without_flag = without_flag
         self.describe: Describe | None = None  # set by the protocol that has the message
 
     def __repr__(self) -> str:

@@ -11,7 +11,7 @@ from stagewire._codec.message import Message
 from stagewire._columns.arrays import Buffer, Column, bytes_of, columns, numpy_columns
 from stagewire._columns.shape import shape_of
 from stagewire._framings.header.frame import Received
-from stagewire._framings.header.message import DATA_FLAG
+from stagewire._framings.header.message import DATA_FLAG, with_flag
 from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._framings.header.table import End
 from stagewire.errors import UnsupportedError
@@ -76,7 +76,8 @@ class Sorter:
     :param only: the message classes to keep; others are only counted. The default keeps all.
 
     ``frames`` holds the frames by class, ``counts`` the number of events by kind: messages, undocumented and
-    unknown frames, bad lengths, and runs of garbage. Only the frames that are kept take up memory.
+    unknown frames, bad lengths, and runs of garbage. Only the frames that are kept take up memory. A
+    packet that was received without the data flag is kept with it.
 
     Raises :class:`~stagewire.errors.UnsupportedError` for a protocol whose messages have no header.
     """
@@ -109,7 +110,8 @@ class Sorter:
                 try:
                     frames = known[key]
                 except KeyError:
-                    frames = self._look_up(key, raw)
+                    raw = with_flag(raw)
+                    frames = self._look_up(raw)
                 if frames is not None:
                     frames.append(offset, raw)
                 self._in_garbage = False
@@ -119,8 +121,9 @@ class Sorter:
         if received:
             self.counts[Received] = self.counts.get(Received, 0) + received
 
-    def _look_up(self, key: bytes, raw: bytes) -> Frames | None:
+    def _look_up(self, raw: bytes) -> Frames | None:
         """Return the frames of a class, and remember them unless other messages begin alike."""
+        key = raw[:4] if raw[4] & DATA_FLAG else raw[:2]
         if raw[0] | raw[1] << 8 in self._protocol.framing.shared:
             key += raw[6:8] if raw[4] & DATA_FLAG else raw[2:3]
         if key not in self._known:

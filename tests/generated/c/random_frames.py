@@ -85,6 +85,7 @@ def _message(rng: Random, like: Message, id: int) -> Message:
         set=None,
         exchange={},
         errata=(),
+        without_flag="a program sends it so" if rng.random() < 0.2 else "",
     )
 
 
@@ -115,5 +116,12 @@ def table_of(protocol: Protocol) -> FramingTable:
         if message.sub_message is not None:
             shared.setdefault(message.id, {})[message.sub_message] = of
     forms |= {id: shared_forms(each) for id, each in shared.items()}
+    heads = {
+        (layout.length << 16 | (message.id or 0)).to_bytes(4, "little")
+        for message in protocol.messages
+        for layout in message.layouts
+        if message.without_flag and layout.form != "header"
+    }
     framing = protocol.framing
-    return FramingTable(forms, framing["host"], frozenset(framing["devices"]))
+    devices = frozenset(framing["devices"])
+    return FramingTable(forms, framing["host"], devices, frozenset(heads))

@@ -152,7 +152,7 @@ def test_without_arrays_a_packet_has_any_length_from_its_fixed_fields_on(folder:
         if it.counted
     }
     assert plain
-    table = FramingTable({**TABLE.forms, **plain}, TABLE.host, TABLE.devices)
+    table = FramingTable({**TABLE.forms, **plain}, TABLE.host, TABLE.devices, TABLE.without_flag)
     program = made(*WITHOUT_ARRAYS, folder)
     streams: list[tuple[End, list[Step]]] = []
     for sentence in map(bytes.fromhex, SENTENCES):
@@ -400,7 +400,7 @@ def test_firmware_can_define_its_own_table(tmp_path: Path) -> None:
     path = tmp_path / "program"
     program = Program(C, "stagewire_apt", path, *words, beside=tmp_path / "firmware.c")
     known = {id: TABLE.forms[id] for id in (0x0005, 0x0413, 0x0453)}
-    table = FramingTable(known, TABLE.host, TABLE.devices)
+    table = FramingTable(known, TABLE.host, TABLE.devices, TABLE.without_flag)
     rng = Random(7)
     compare(program, table, [(End.DEVICE, steps_of(rng, damaged(rng))) for _ in range(400)])
 

@@ -284,6 +284,7 @@ OF_LAYOUTS = {
     "field-array",
     "layout-sent-when",
     "message-not-sent",
+    "message-without-flag",
     "message-sub-message",
     "unit-context",
 }  # only in the spec of such layouts

@@ -251,6 +251,19 @@ def test_a_data_frame_that_lost_its_top_bit_does_not_start_a_stored_move() -> No
     assert frame(STRAY + lost + stored, End.DEVICE) == [Garbage(STRAY + lost), Received(stored)]
 
 
+def test_a_data_frame_that_programs_send_without_its_top_bit_is_received_in_and_out_of_step() -> (
+    None
+):
+    heads = frozenset({b("53 04 06 00")})
+    table = FramingTable(TABLE.forms, TABLE.host, TABLE.devices, heads)
+    bare, stored = b("53 04 06 00 50 01 01 00 40 0D 03 00"), b("53 04 01 00 50 01")
+    framer = Framer(table, End.DEVICE)
+    expected = [Received(bare), Garbage(STRAY), Received(bare), Received(stored)]
+    assert framer.feed(bare + STRAY + bare + stored) == expected
+    assert framer.feed(bare[:-1]) == []
+    assert framer.feed(bare[-1:]) == [Received(bare)]
+
+
 def test_disconnect_is_accepted_only_with_zero_parameters() -> None:
     right, wrong = b("02 00 00 00 01 50"), b("02 00 00 01 01 50")
     assert frame(right + HOMED) == [Received(right), Received(HOMED)]

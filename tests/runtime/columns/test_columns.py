@@ -399,6 +399,13 @@ def test_only_the_requested_messages_are_kept() -> None:
     assert gathered.counts[Received] == 6
 
 
+def test_a_frame_without_the_data_flag_is_kept_with_it() -> None:
+    bare = bytes.fromhex("C0080800500147000100 07000000")
+    frames = gather(PROTOCOL, [bare]).frames[m.PzmotSetCloseMoveParams]
+    assert frames.raw == bare[:4] + b"\xd0" + bare[5:]
+    assert list(frames.columns()["position"]) == [7]
+
+
 def test_frames_can_be_taken_and_cleared() -> None:
     frames = Frames(m.MotGetDcStatusUpdate)
     frames.append(7, STATUS + b"!")

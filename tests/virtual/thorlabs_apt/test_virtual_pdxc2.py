@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from apt_host import Host, host_of
 
+import stagewire_virtual as virtual
+from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, JogMode, MoveDirection, PositionControlMode
 from stagewire_apt.flags import Pdxc2StatusBits
@@ -67,6 +69,28 @@ def test_a_move_in_open_loop_is_relative_and_counts_steps() -> None:
     assert status(host)[0] == 0
     assert 180_000 <= forward <= 220_000
     assert 0.85 <= (place + forward - true_position(host)) / forward <= 0.95
+
+
+@pytest.mark.parametrize(
+    ("capture", "preset", "ask"),
+    [
+        ("open", m.PzmotSetOpenMoveParams(1, 100), m.PzmotReqOpenMoveParams(1)),
+        ("close", m.PzmotSetCloseMoveParams(1, 100), m.PzmotReqCloseMoveParams(1)),
+    ],
+)
+def test_parameters_of_a_move_are_accepted_without_the_data_flag(
+    capture: str, preset: m.PzmotSetOpenMoveParams, ask: m.PzmotReqOpenMoveParams
+) -> None:
+    """The frames are those of the serial example of the vendor, which set 0."""
+    captures = {each["id"]: each["printed"] for each in PROTOCOL.vectors()["captures"]}
+    captured = bytes.fromhex(captures[f"pdxc2-{capture}-move-params-without-bar"])
+    assert captured[4] == 0x50
+    with virtual.PDXC2() as controller:
+        stored = []
+        for frame in (preset.pack(dest=0x50, source=1), captured, captured[:10] + b"\7\0\0\0"):
+            controller.write(frame + ask.pack(dest=0x50, source=1))
+            stored.append(int.from_bytes(controller.read()[10:14], "little"))
+    assert stored == [100, 0, 7]
 
 
 def test_the_amplitude_scales_the_steps_of_its_direction() -> None:

@@ -3167,6 +3167,9 @@ static inline apt_status apt_pzmot_set_ampoutparams_decode(
  * PZMOT_SET_OPENMOVEPARAMS (0x08C0, sub-message 70), to the controller, 8 bytes of data; Programs
  * of the vendor, section PDXC2.
  *
+ * Also received without the data flag: the serial example of the vendor sends it so, and a
+ * simulated PDXC2 accepts it.
+ *
  * Evidence: vendor program.
  */
 typedef struct apt_pzmot_set_openmoveparams {
@@ -3276,6 +3279,9 @@ static inline apt_status apt_pzmot_set_openmoveparams_decode(
  *
  * PZMOT_SET_CLOSEMOVEPARAMS (0x08C0, sub-message 71), to the controller, 8 bytes of data; Programs
  * of the vendor, section PDXC2.
+ *
+ * Also received without the data flag: the serial example of the vendor sends it so, and a
+ * simulated PDXC2 accepts it.
  *
  * Evidence: vendor program.
  */

@@ -3469,6 +3469,9 @@ class PzmotSetOpenMoveParams(FramedMessage):
     ``PZMOT_SET_OPENMOVEPARAMS`` (0x08C0, sub-message 70), to the controller, 8 bytes of data;
     Programs of the vendor, section PDXC2.
 
+    Also received without the data flag: the serial example of the vendor sends it so, and a
+    simulated PDXC2 accepts it.
+
     Evidence: vendor program.
 
     :param sub_message: always 0x46.
@@ -3486,6 +3489,7 @@ class PzmotSetOpenMoveParams(FramedMessage):
         length=8,
         optional=("sub_message",),
         constants={"sub_message": 70},
+        without_flag=True,
         sub_message=70,
     )
     _unpack = Struct("<6xHHl").unpack_from
@@ -3553,6 +3557,9 @@ class PzmotSetCloseMoveParams(FramedMessage):
     ``PZMOT_SET_CLOSEMOVEPARAMS`` (0x08C0, sub-message 71), to the controller, 8 bytes of data;
     Programs of the vendor, section PDXC2.
 
+    Also received without the data flag: the serial example of the vendor sends it so, and a
+    simulated PDXC2 accepts it.
+
     Evidence: vendor program.
 
     :param sub_message: always 0x47.
@@ -3570,6 +3577,7 @@ class PzmotSetCloseMoveParams(FramedMessage):
         length=8,
         optional=("sub_message",),
         constants={"sub_message": 71},
+        without_flag=True,
         sub_message=71,
     )
     _unpack = Struct("<6xHHl").unpack_from

@@ -152,6 +152,8 @@ def _of_message(message: Message) -> list[Source]:
     unsolicited: list[Source] = ["unsolicited=True"] if message.exchange.get("unsolicited") else []
     if message.not_sent:
         unsolicited.append(Text("not_sent=", message.not_sent))
+    if message.without_flag:
+        unsolicited.append("without_flag=True")
     if message.sub_message is None:
         return unsolicited
     return [*unsolicited, f"sub_message={message.sub_message}"]

@@ -23,6 +23,7 @@ from stagewire_generator.framings.header.vectors_frames import (
     unknown_id,
     unknown_sub_messages,
     with_high_length,
+    without_flag,
 )
 from stagewire_generator.framings.header.vectors_streams import (
     ENDS,
@@ -275,6 +276,14 @@ def _announced(of: Subject) -> Iterator[Case]:
     yield of.decode("unannounced", about, raw, "trailing")
 
 
+def _without_flag(of: Subject, bare: bytes) -> Iterator[Case]:
+    """Yield frames of a message that is also received without the data flag."""
+    about = "a frame without the data flag"
+    yield of.decode("without_flag", about, bare, of.answer(of.plain))
+    yield of.decode("without_flag.cut", f"{about}, cut", bare[:-1], "truncated")
+    yield of.decode("without_flag.trailing", f"{about}, and a byte", bare + b"\0", "trailing")
+
+
 _BYTE = Format("byte", 1, False, "integer")
 
 
@@ -337,6 +346,8 @@ class HeaderFraming(Framing):
                 ends.add(end)
                 yield of.decode(name, about, raw[:end], "truncated")
         yield of.decode("trailing", "", raw + b"\0", "trailing")
+        if of.message.without_flag:
+            yield from _without_flag(of, without_flag(raw))
         yield of.decode("length.high", HIGH, with_high_length(raw), "truncated")
         about = "a packet that is too long"
         extra = "00" * (MOST - of.layout.length + 1)

@@ -52,6 +52,11 @@ def stated_length(message: Message, packet: bytes) -> int | None:
     return layout.length + layout.array.item.size * layout.array.count(values)
 
 
+def without_flag(raw: bytes) -> bytes:
+    """Return a data frame without its data flag."""
+    return raw[:4] + bytes((raw[4] & ~ANNOUNCED,)) + raw[5:]
+
+
 def id_of(message: Message) -> int:
     """Return the id of a message, which must have one."""
     assert message.id is not None
@@ -60,7 +65,7 @@ def id_of(message: Message) -> int:
 
 def sub_message_of(raw: bytes) -> int | None:
     """Return the sub-message of a frame, if its id has some; None if its packet is too short."""
-    if not raw[4] & ANNOUNCED:
+    if not raw[4] & ANNOUNCED and len(raw) == SIZE:
         return raw[2]
     return raw[SIZE] | raw[SIZE + 1] << 8 if len(raw) >= SIZE + 2 else None
 

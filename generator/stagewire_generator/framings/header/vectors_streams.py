@@ -25,6 +25,7 @@ from stagewire_generator.framings.header.vectors_frames import (
     unknown_id,
     unknown_sub_messages,
     with_high_length,
+    without_flag,
 )
 from stagewire_generator.model import Json, Message, Protocol
 from stagewire_generator.targets.vectors.framing import (
@@ -160,10 +161,12 @@ class HeaderReader:
         return "garbage", 1
 
     def _header(self, rest: bytes) -> tuple[list[Message], int, bool, tuple[int, int]]:
-        """Return the messages of a header, its second word, its data flag and its addresses."""
-        messages = self._messages.get(rest[0] | rest[1] << 8, [])
-        announced = bool(rest[4] & ANNOUNCED)
-        return messages, rest[2] | rest[3] << 8, announced, (rest[4] & ~ANNOUNCED, rest[5])
+        """Return the messages of a header, its second word, whether it has a packet, and its addresses."""
+        messages, word = self._messages.get(rest[0] | rest[1] << 8, []), rest[2] | rest[3] << 8
+        announced = bool(rest[4] & ANNOUNCED) or any(
+            message.without_flag and word in lengths_of(message) for message in messages
+        )
+        return messages, word, announced, (rest[4] & ~ANNOUNCED, rest[5])
 
     def _meant(self, messages: list[Message], raw: bytes) -> list[Message]:
         """Return the message of an id that the sub-message of a whole frame selects, if any."""
@@ -222,6 +225,15 @@ def layout_stream(readers: Mapping[str, HeaderReader], of: Subject, raw: bytes) 
     if of.layout.form != "header":
         about = "a length whose high byte is 1, then a frame"
         streams.append(("length.high", about, [with_high_length(raw) + raw]))
+    if of.message.without_flag and of.layout.form != "header":
+        bare = without_flag(raw)
+        about = "a frame without the data flag, then a frame"
+        streams.append(("without_flag", about, [bare[:half], bare[half:] + raw]))
+        about = "a byte of garbage, a frame without the data flag, then a frame"
+        streams.append(("without_flag.garbage", about, [_DAMAGE + bare + raw]))
+        about = "a frame without the data flag and with an unknown sub-message, then a frame"
+        unknown = bare[:SIZE] + b"\xff\xff" + bare[SIZE + 2 :]
+        streams.append(("without_flag.unknown", about, [unknown + raw]))
     for name, about, chunks in streams:
         pieces = readers[end].read(b"".join(chunks))
         expected = stream_answer(pieces, lambda _: of.answer(of.plain))
@@ -291,7 +303,7 @@ class _Decoder:
         """Return the longest layout that the packet fills, or the layout without a packet."""
         forms = self._subjects[raw[0] | raw[1] << 8]
         forms = [of for of in forms if of.message.sub_message in (None, sub_message_of(raw))]
-        if not raw[4] & ANNOUNCED:
+        if len(raw) == SIZE and not raw[4] & ANNOUNCED:
             return next(of for of in forms if of.layout.form == "header")
         packets = [of for of in forms if of.layout.form != "header"]
         fitting = [of for of in packets if of.layout.length <= len(raw) - SIZE]

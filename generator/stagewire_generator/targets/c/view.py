@@ -49,6 +49,7 @@ class PackageView(NamedTuple):
     chapters: tuple[ChapterView, ...]
     has_sub_messages: bool  # whether several messages share an id
     longest_array: int  # length of the longest packet with an array; 0 if there is none
+    without_flag: tuple[str, ...]  # heads of frames that have a packet even without the data flag
 
     @property
     def package(self) -> str:
@@ -98,6 +99,17 @@ def package_view(protocol: Protocol) -> PackageView:
                 if message.id is not None and layout.array
             ),
             default=0,
+        ),
+        without_flag=tuple(
+            f"UINT32_C(0x{head:08X})"
+            for head in sorted(
+                {
+                    layout.length << 16 | (message.id or 0)
+                    for message in protocol.messages
+                    for layout in message.layouts
+                    if message.without_flag and layout.form != "header"
+                }
+            )
         ),
     )
 

@@ -322,6 +322,7 @@ def _message(message: Message, applied: Collection[str]) -> Json:
         "aliases": list(message.aliases),
         "later_pages": {o: page for o, page in message.later_pages.items() if o in applied},
         "not_sent": message.not_sent,
+        "without_flag": message.without_flag,
         "twin_of": message.twin_of,
     }
     data |= {key: value for key, value in optional.items() if value}

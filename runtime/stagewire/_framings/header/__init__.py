@@ -24,7 +24,9 @@ are right, if they are unswapped (the controller repeated the addresses of the r
      that would be accepted out of step, the length itself was damaged: the bytes up to that header are
      garbage;
    * a header form whose parameters equal one of the packet lengths of its id is garbage. It is a data
-     frame that lost its top bit; accepted as a header, it would start a stored move;
+     frame that lost its top bit; accepted as a header, it would start a stored move. Programs are known to
+     send a few messages without the bit, which the registry names (``without_flag``). A header that begins
+     with the id and the length of one of them has a packet in all rules, as if the bit were set;
    * a header form of an id with ``only_zero_parameters`` is garbage unless its parameters are zero.
 
 3. In step, an unknown id is ``Unknown`` and skipped by its length, but only with right addresses. An id

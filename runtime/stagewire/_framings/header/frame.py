@@ -182,7 +182,7 @@ class UnknownSubMessage(Unknown):
     @property
     def sub_message(self) -> int:
         """The sub-message."""
-        at = HEADER_SIZE if self.raw[4] & DATA_FLAG else 2
+        at = HEADER_SIZE if len(self.raw) > HEADER_SIZE else 2
         return int.from_bytes(self.raw[at : at + (2 if at == HEADER_SIZE else 1)], "little")
 
 

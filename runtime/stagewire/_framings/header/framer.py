@@ -114,6 +114,7 @@ class Rule:
 
         self.right = right(end.receives)
         self.tolerated = to_host | to_controller | {0}
+        self.has_packet = table.has_packet
         self.shapes: dict[int, _Shape] = {}
         self.undocumented: set[int] = set()
         self.not_ours: set[int] = set()
@@ -144,7 +145,7 @@ class Rule:
     def in_step(self, header: bytes) -> tuple[type[Event], int]:
         """Return the kind and size of the event that begins with ``header``, in step."""
         id, word, dest, source = _HEADER.unpack(header)
-        has_packet = dest & DATA_FLAG
+        has_packet = self.has_packet(header)
         shape = self.shapes.get(id)
         if has_packet and word > (MAXIMUM_PACKET if shape is None else shape.longest):
             return Garbage, 1
@@ -157,7 +158,7 @@ class Rule:
         if addresses not in self.tolerated:
             return Garbage, 1
         if shape.sub_messages:
-            return self._shared(shape, header, word, addresses)
+            return self._shared(shape, header, word, addresses, has_packet)
         if not has_packet:
             return (Received, size) if shape.has_header_form(word) else (Garbage, 1)
         if shape.counted is not None:
@@ -165,10 +166,10 @@ class Rule:
         return _packet(shape, word)
 
     def _shared(
-        self, shape: _Shape, header: bytes, word: int, addresses: int
+        self, shape: _Shape, header: bytes, word: int, addresses: int, has_packet: bool
     ) -> tuple[type[Event], int]:
         """Return the kind and size of the event that begins with the header of a shared id, in step."""
-        if header[4] & DATA_FLAG:
+        if has_packet:
             if shape.lengths and word >= SUB_MESSAGE_SIZE:
                 return InPacket, HEADER_SIZE + word
             return _packet(shape, word)
@@ -197,7 +198,7 @@ class Rule:
         shape = self.shapes[frame[0] | frame[1] << 8]
         if shape.counted is not None and frame[4] & DATA_FLAG:
             return shape.counted.length_in(frame) == len(frame) - HEADER_SIZE
-        if not shape.sub_messages or not frame[4] & DATA_FLAG:
+        if not shape.sub_messages or len(frame) == HEADER_SIZE:
             return True
         known = shape.sub_messages.get(sub_message_of(frame))
         return known is not None and len(frame) - HEADER_SIZE in known.lengths
@@ -209,7 +210,7 @@ class Rule:
         if shape is None:
             return 0
         addresses = (dest & ~DATA_FLAG) << 8 | source
-        if dest & DATA_FLAG:
+        if self.has_packet(header):
             exact = shape.has_length(word) and addresses in self.tolerated
             return HEADER_SIZE + word if exact else 0
         known = shape.sub_messages.get(word & 0xFF) if shape.sub_messages else shape

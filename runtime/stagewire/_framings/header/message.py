@@ -27,6 +27,13 @@ _HEADER = Struct("<HBBBB")
 _DATA_HEADER = Struct("<HHBB")
 
 
+def with_flag(raw: bytes) -> bytes:
+    """Return a whole frame as it is sent: a packet has the data flag."""
+    if len(raw) == HEADER_SIZE or raw[4] & DATA_FLAG:
+        return raw
+    return raw[:4] + bytes((raw[4] | DATA_FLAG,)) + raw[5:]
+
+
 class FramedMessage(Message, abstract=True):
     """Base of messages that are carried by a header with two addresses."""
 

@@ -171,7 +171,12 @@ class FramedProtocol(Protocol):
                 shapes = shapes.sub_messages.setdefault(layout.sub_message, _Shapes(layout))
             shapes.add(cls)
         forms = {id: shapes.forms() for id, shapes in self._shapes.items()}
-        self.framing = FramingTable(forms, host, devices)
+        without_flag = frozenset(
+            (cls.layout.id | cls.layout.length << 16).to_bytes(4, "little")
+            for cls in self.messages
+            if cls.layout.without_flag and cls.layout.form != "header"
+        )
+        self.framing = FramingTable(forms, host, devices, without_flag)
         for id in self.framing.shared:
             self._shapes[id].name = forms[id].name
 
@@ -213,7 +218,7 @@ class FramedProtocol(Protocol):
             )
         dest, source = raw[4] & ~DATA_FLAG, raw[5]
         extra = b""
-        if raw[4] & DATA_FLAG:
+        if self.framing.has_packet(raw):
             length = raw[2] | raw[3] << 8
             if size != HEADER_SIZE + length:
                 raise self._wrong_size(shapes, length, size)
@@ -253,7 +258,7 @@ class FramedProtocol(Protocol):
                     f"has no header-only form (packet of {shapes.known_lengths()} bytes)",
                     _DEST,
                 )
-        by_header = not (shapes.decided or (id in self.framing.shared and raw[4] & DATA_FLAG))
+        by_header = not (shapes.decided or (id in self.framing.shared and size > HEADER_SIZE))
         if not extra and by_header and len(self._headers) < _REMEMBERED_HEADERS:
             self._headers[raw[:HEADER_SIZE]] = cls.unpack, size, dest, source
         return make_frame(cls.unpack(raw), dest, source, extra)
@@ -266,7 +271,7 @@ class FramedProtocol(Protocol):
         found = shapes.sub_messages.get(value)
         if found is None:
             known = ", ".join(f"{v} ({s.name})" for v, s in sorted(shapes.sub_messages.items()))
-            packet = raw[4] & DATA_FLAG
+            packet = len(raw) > HEADER_SIZE
             raise UnknownSubMessageError(
                 f"{'bytes 6 and 7' if packet else 'byte 2'}: no message of {self.title} with the id "
                 f"{id:#06x} has the sub-message {value}; known: {known}",

@@ -161,7 +161,7 @@ def shared_forms(sub_messages: Mapping[int, Forms]) -> Forms:
 
 def sub_message_of(raw: bytes) -> int | None:
     """Return the sub-message in a whole frame of a shared id; None if its packet is too short for one."""
-    if not raw[4] & DATA_FLAG:
+    if len(raw) == HEADER_SIZE and not raw[4] & DATA_FLAG:
         return raw[2]
     return _word(raw, HEADER_SIZE) if len(raw) >= HEADER_SIZE + SUB_MESSAGE_SIZE else None
 
@@ -177,13 +177,20 @@ class FramingTable:
     :param forms: message id -> its forms.
     :param host: address of the host.
     :param devices: addresses of controllers.
+    :param without_flag: the first four bytes of frames that have a packet even without the data flag.
 
     Raises :class:`ValueError` for numbers that no frame can hold.
     """
 
-    __slots__ = ("devices", "forms", "host", "names", "shared")
+    __slots__ = ("devices", "forms", "host", "names", "shared", "without_flag")
 
-    def __init__(self, forms: Mapping[int, Forms], host: int, devices: frozenset[int]) -> None:
+    def __init__(
+        self,
+        forms: Mapping[int, Forms],
+        host: int,
+        devices: frozenset[int],
+        without_flag: frozenset[bytes] = frozenset(),
+    ) -> None:
         for address in (host, *devices):
             if not 0 <= address <= 0xFF or address & DATA_FLAG:
                 raise ValueError(f"{address:#x} is not an address: bit 7, the data flag, must be 0")
@@ -206,6 +213,11 @@ class FramingTable:
                 self.names[message_key(id, value)] = known.name
         self.host = host
         self.devices = devices
+        self.without_flag = without_flag
+
+    def has_packet(self, header: bytes) -> bool:
+        """Whether a packet follows a header."""
+        return header[4] >= DATA_FLAG or header[:4] in self.without_flag
 
     def key_of(self, raw: bytes) -> int:
         """Return the key of the message in a whole frame."""

@@ -80,6 +80,11 @@ def _bytes(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
 def _capture(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
     """Yield the checks of a captured frame."""
     printed = octets_of(entry, "printed")
+    if entry["verdict"] == "tolerated":
+        content = vectors.content(entry)
+        yield vectors.both(id, content, octets_of(entry, "encoded"))
+        yield vectors.decoded(id, content, printed)
+        return
     if entry["verdict"] != "rejected":
         for content in vectors.contents(entry):
             yield vectors.both(id, content, printed)
