@@ -22,11 +22,14 @@ from stagewire.quantities import Scale, Stage
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
 
 
-def names_of(unit: Unit, facts: Facts, reported: Mapping[str, int | str]) -> tuple[str, ...]:
+def names_of(
+    unit: Unit, facts: Facts, reported: Mapping[str, int | str], *, by_card: bool = False
+) -> tuple[str, ...]:
     """Return the names of all units that a controller may be. A scale is used only if it is the same for all.
 
     :param unit: the declared unit.
     :param reported: the fields of its identity.
+    :param by_card: whether a card in a bay reported it, whose number does not name its rack.
 
     Empty without a reported serial number, or if the registry has no prefixes: the declaration applies.
     An unknown controller gets a name without any known scale.
@@ -40,7 +43,7 @@ def names_of(unit: Unit, facts: Facts, reported: Mapping[str, int | str]) -> tup
     found = candidates(known, number, model)
     fitting = tuple(one.name for one in found if one.unit == unit.name)
     others = sorted({one.unit for one in found if one.unit is not None})
-    if others and not fitting:
+    if others and not fitting and not by_card:
         raise WrongUnitError(
             f"{' or '.join(one.name for one in found)} answered (serial number {number}, model {model!r}) "
             f"instead of the declared {unit.name}; declare {' or '.join(others)}"

@@ -353,13 +353,13 @@ class AptLine(GuardedLink):
 
     def identify(self, reported: Mapping[str, int | str]) -> Declaration:
         """Return the controller with the scales of its identity; see :meth:`.GuardedLink.identify`."""
-        facts = self.declared.facts
+        facts, by_card = self.declared.facts, not self.declared.pics.motherboard
         names = {}
         for place in self.declared.places:
             if not place.is_motherboard:
                 said = identity_at(self, place) if place.unit.kind == "bay" else reported
                 try:
-                    names[place.address] = names_of(place.unit, facts, said)
+                    names[place.address] = names_of(place.unit, facts, said, by_card=by_card)
                 except WrongUnitError as error:
                     raise WrongUnitError(f"{place.name}: {error}") from None
         self.declared = self.declared.named(names)
