@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 Row: TypeAlias = dict[str, Any]
 
 _RATE_OVER = 2.0  # seconds over which the rate of statuses is counted
+_SMALLEST = 0.001  # number that is written with four decimal places
 _HEAD = ("time_s", "wall_clock", "part")
 
 
@@ -25,7 +26,12 @@ def numbers_of(row: Row) -> Iterator[tuple[str, str]]:
     for name, value in row.items():
         if name in _HEAD or value is None or isinstance(value, bool):
             continue
-        yield name, f"{value:.4f}" if isinstance(value, float) else str(value)
+        yield name, _decimal(value) if isinstance(value, float) else str(value)
+
+
+def _decimal(value: float) -> str:
+    """Return a number with four decimal places, or four digits if these would show nothing of it."""
+    return f"{value:.4f}" if value == 0 or abs(value) >= _SMALLEST else f"{value:.4g}"
 
 
 def state_of(row: Row) -> str | None:

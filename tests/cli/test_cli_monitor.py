@@ -49,6 +49,13 @@ def test_a_row_is_one_line() -> None:
     assert line_of(bare(0, position_counts=None)) == "    0.000"
 
 
+@pytest.mark.parametrize(("reading", "shown"), [
+    (1.2045258e-05, "1.205e-05"), (-1e-9, "-1e-09"), (0.0, "0.0000"), (0.001, "0.0010"), (12.0, "12.0000"),
+])  # fmt: skip
+def test_small_numbers_are_not_shown_as_zero(reading: float, shown: str) -> None:
+    assert line_of(bare(0, abs_reading=reading)) == f"    0.000  abs_reading={shown}"
+
+
 def test_the_rate_covers_the_last_two_seconds() -> None:
     board = Board()
     for tenth in range(50):
