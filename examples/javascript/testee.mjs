@@ -9,6 +9,10 @@ const messages = new Map(); // id -> its messages: one, or several with a sub-me
 for (const message of registry.messages.filter((m) => m.id !== null)) {
   messages.set(message.id, [...(messages.get(message.id) ?? []), message]);
 }
+// The first four bytes, id and length, of packets that are also received without the data flag.
+const withoutFlag = new Set(
+  registry.messages.filter((m) => m.without_flag).flatMap((m) => m.layouts.map((l) => l.length * 0x10000 + m.id)),
+);
 const contexts = registry.messages.flatMap((m) => m.layouts).flatMap((l) => (l.when ? [l.when] : []));
 
 class Refusal extends Error {
@@ -27,7 +31,7 @@ function refuse(code, detail) {
 function decode(raw, context) {
   if (raw.length < 6) refuse("truncated", `a header has 6 bytes, here are ${raw.length}`);
   const alternatives = messages.get(raw.readUInt16LE(0)) ?? refuse("unknown_message", "no message has this id");
-  const withPacket = (raw[4] & 0x80) !== 0;
+  const withPacket = (raw[4] & 0x80) !== 0 || withoutFlag.has(raw.readUInt32LE(0));
   const length = withPacket ? raw.readUInt16LE(2) : 0;
   if (raw.length < 6 + length) refuse("truncated", `${length} bytes are declared, ${raw.length - 6} follow`);
   if (raw.length > 6 + length) refuse("trailing", `${raw.length - 6 - length} bytes behind the frame`);

@@ -227,10 +227,13 @@ def test_a_cube_has_no_triggers_and_a_smaller_table():
     host.to(0.1)
     assert host.status().op_voltage == 1000
     host.tell(m.PzSetOutputLut(1, index=512, output=5))
-    assert "ends at index 512" in host.refuses(m.PzSetOutputLut(1, index=513, output=6))
+    assert "index must be from 0 to 512, not 513" in host.refuses(
+        m.PzSetOutputLut(1, index=513, output=6)
+    )
     assert host.ask(m.PzReqOutputLut(1)) == m.PzGetOutputLut(1, index=512, output=5)
-    assert "at most 512" in host.refuses(parameters(cycle_length=513))
-    assert "at most 512" in host.refuses(parameters(trig_repeat_cycle=513))
+    for name in ("cycle_length", "trig_repeat_cycle"):
+        refused = host.refuses(parameters(**{name: 513}))
+        assert f"{name} must be from 0 to 512, not 513" in refused
     assert host.ask(m.PzReqOutputLutParams(1)).cycle_length == 4
 
 
