@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 Row: TypeAlias = dict[str, Any]
 
 _RATE_OVER = 2.0  # seconds over which the rate of statuses is counted
-_SMALLEST = 0.001  # number that is written with four decimal places
+_SMALLEST = 0.001  # smallest number that is written with four decimal places
 _HEAD = ("time_s", "wall_clock", "part")
 
 
@@ -30,7 +30,7 @@ def numbers_of(row: Row) -> Iterator[tuple[str, str]]:
 
 
 def _decimal(value: float) -> str:
-    """Return a number with four decimal places, or four digits if these would show nothing of it."""
+    """Return a number with four decimal places; a smaller one with four significant digits."""
     return f"{value:.4f}" if value == 0 or abs(value) >= _SMALLEST else f"{value:.4g}"
 
 

@@ -120,8 +120,8 @@ def not_at_rest(sheet: Sheet) -> list[str]:
 
 MEANING = {
     "PASS": "the controller does what the document requires",
-    "NON-STRICT": "it departs from a recommendation or from usual behaviour, or as other controllers do; "
-    "hosts can work with it",
+    "NON-STRICT": "it departs from a recommendation or from usual behaviour, or departs as other "
+    "controllers do; hosts can work with it",
     "FRAGILE": "it does not cope with damaged input; no rule demands it, and it is not part of the verdict",
     "FAIL": "it violates a requirement of the document",
     "INFO": "measured or observed, but this run cannot decide whether it is correct",

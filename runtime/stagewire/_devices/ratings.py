@@ -35,7 +35,7 @@ _ALONE: Final = ("drive_volts", "maximum_volts", "volts")
 _POSITION: Final = "piezo_position"
 """Quantity of positions that a closed loop holds."""
 _CLOSED: Final = "CLOSED_LOOP"
-"""How the names of the modes begin in which a loop chooses the voltage."""
+"""Beginning of the names of modes in which a closed loop chooses the voltage."""
 _VOLT: Final = "V"
 _ADVICE: Final = "if the actuator withstands it, pass max_volts= to open"
 
